@@ -1,0 +1,1 @@
+//! Peers, estimate, laws, limit, supervisor: pure functions and small state machines.

@@ -1,0 +1,1 @@
+//! The run loop of one robot: mailboxes, tick, codecs, links, shutdown.

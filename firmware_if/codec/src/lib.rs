@@ -1,0 +1,1 @@
+//! Bytes <-> contract: MAVLink, AgileX, DroneCAN, beacon. No sockets, no clock.

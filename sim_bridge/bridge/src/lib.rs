@@ -1,0 +1,1 @@
+//! World <-> UDP MAVLink and CAN buses, paced to the wall clock.

@@ -1,0 +1,1 @@
+//! The simulated place: geometry, bodies, lidar, virtual firmware, radio. Pure and deterministic.
