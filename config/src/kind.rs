@@ -111,6 +111,9 @@ pub enum LidarLink {
     Dronecan {
         /// The node's id, 1..=127.
         node: u8,
+        /// Whether the node says nothing about a sector without an obstacle (AP_Periph does so). If true, a silent
+        /// sector counts as clear as long as NodeStatus is fresh and healthy; if false it is unknown.
+        silent_is_clear: bool,
     },
 }
 
