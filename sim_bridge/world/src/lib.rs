@@ -1,1 +1,3 @@
 //! The simulated place: geometry, bodies, lidar, virtual firmware, radio. Pure and deterministic.
+
+pub mod firmware;
