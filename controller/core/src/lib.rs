@@ -1,1 +1,25 @@
-//! Peers, estimate, laws, limit, supervisor: pure functions and small state machines.
+//! What one robot thinks, without a clock, a socket or chance: time comes in as `now`, bytes as decoded events.
+//!
+//! ```text
+//! handle_event, handle_beacon -> mailboxes, peers, estimate       (newest wins)
+//! tick: age and drop -> estimate -> law -> limit -> supervisor -> SafeCommand
+//! ```
+//!
+//! [`Node`] is the wiring. Every stage is a pure function or a small state machine in a file of its own.
+
+mod cadence;
+mod estimate;
+mod law;
+mod limit;
+mod mailbox;
+mod node;
+mod peers;
+mod sight;
+mod status;
+mod supervisor;
+#[cfg(test)]
+mod testing;
+
+pub use node::Node;
+pub use status::{Counters, Status};
+pub use supervisor::{Reason, StopReason, Verdict};

@@ -1,0 +1,120 @@
+//! The leader's way: pure pursuit from point to point.
+//!
+//! **In**: own pose (world), neighbours with fresh beacons, limits. **Out**: a twist in the body frame.
+//!
+//! **Idea**: aim at the next point; turn in place while it lies far off the heading, else drive the arc that leads
+//! through it, curvature 2 sin(a) / distance, slowly enough for the turn and, at the last point, for the brake.
+//!
+//! **Source**: R. C. Coulter, "Implementation of the pure pursuit path tracking algorithm", CMU-RI-TR-92-01, 1992.
+//!
+//! **Departure from the flocking paper**: its leader moves as it likes. Ours slows down, to a third at least, when the
+//! farthest follower that it hears is more than 3 L away; it never stops for one (invariant 5).
+//!
+//! **Cost**: one pass over the neighbours. **Cannot solve**: never; without points it stands.
+
+use super::View;
+use crate::peers::Neighbour;
+use drover_contract::{Twist, Vec2, wrap};
+
+/// Farther off the heading than this, the robot turns in place, radians.
+const TURN_IN_PLACE_RAD: f64 = 0.9;
+/// Turn towards the point, 1/s.
+const TURN_GAIN: f64 = 2.0;
+/// Points nearer than this are aimed at as if this far away, metres: the curvature has a pole.
+const AIM_M_MIN: f64 = 0.5;
+/// Followers farther away than this many spacings slow the leader down, and how far at most.
+const STRAGGLER_SPACINGS: f64 = 3.0;
+const STRAGGLER_SCALE_MIN: f64 = 0.34;
+
+/// Parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Params {
+    /// Cruising speed, m/s.
+    pub(crate) speed_mps: f64,
+    /// A point is reached within this distance, metres.
+    pub(crate) radius_m: f64,
+    /// L, metres.
+    pub(crate) spacing_m: f64,
+}
+
+/// The way and how far it is done.
+#[derive(Clone, Debug)]
+pub(crate) struct Route {
+    params: Params,
+    points_w: Vec<Vec2>,
+    next: usize,
+    /// Where the robot was first, and where it was last: for progress.
+    from_w: Option<Vec2>,
+    at_w: Vec2,
+}
+
+impl Route {
+    pub(crate) fn new(params: Params, points_w: Vec<Vec2>) -> Self {
+        Self { params, points_w, next: 0, from_w: None, at_w: Vec2::zeros() }
+    }
+
+    /// One tick.
+    pub(crate) fn step(&mut self, view: &View<'_>) -> Twist {
+        self.at_w = view.motion.pose_wb.position();
+        self.from_w.get_or_insert(self.at_w);
+        while self.next < self.points_w.len() && self.gap_m(self.next) <= self.params.radius_m {
+            self.next += 1;
+        }
+        match self.points_w.get(self.next) {
+            Some(point_w) => self.pursue(*point_w, view),
+            None => Twist::ZERO,
+        }
+    }
+
+    fn gap_m(&self, index: usize) -> f64 {
+        (self.points_w[index] - self.at_w).norm()
+    }
+
+    fn pursue(&self, point_w: Vec2, view: &View<'_>) -> Twist {
+        let aim_b = view.motion.pose_wb.inverse_transform(point_w);
+        let off_rad = wrap(aim_b.y.atan2(aim_b.x));
+        let turn_max = view.limits.yaw_rate_radps_max;
+        if off_rad.abs() > TURN_IN_PLACE_RAD {
+            return Twist::new(0.0, (TURN_GAIN * off_rad).clamp(-turn_max, turn_max));
+        }
+        let gap_m = aim_b.norm();
+        let curvature = 2.0 * off_rad.sin() / gap_m.max(AIM_M_MIN);
+        let cruise_mps = self.params.speed_mps * straggler_scale(&self.params, self.at_w, view.neighbours);
+        // Some turn is kept in reserve, so that the arc can still be corrected.
+        let turn_mps = 0.8 * turn_max / curvature.abs().max(1e-6);
+        let speed_mps = cruise_mps.min(turn_mps).min(self.ending_mps(gap_m, view.limits.brake_mps2));
+        Twist::new(speed_mps, (speed_mps * curvature).clamp(-turn_max, turn_max))
+    }
+
+    /// As fast as still allows to stop at the last point at half of the brake.
+    fn ending_mps(&self, gap_m: f64, brake_mps2: f64) -> f64 {
+        if self.next + 1 < self.points_w.len() { f64::INFINITY } else { (brake_mps2 * gap_m).sqrt() }
+    }
+
+    pub(crate) fn reached(&self) -> bool {
+        self.next >= self.points_w.len()
+    }
+
+    /// Share of the way that is done, by length.
+    pub(crate) fn progress(&self) -> f64 {
+        let Some(from_w) = self.from_w else { return 0.0 };
+        if self.reached() {
+            return 1.0;
+        }
+        let corners: Vec<Vec2> = std::iter::once(from_w).chain(self.points_w.iter().copied()).collect();
+        let legs_m = |legs: &[Vec2]| legs.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum::<f64>();
+        let left_m = self.gap_m(self.next) + legs_m(&self.points_w[self.next..]);
+        (1.0 - left_m / legs_m(&corners).max(1e-3)).clamp(0.0, 1.0)
+    }
+}
+
+fn straggler_scale(params: &Params, at_w: Vec2, neighbours: &[Neighbour]) -> f64 {
+    let gaps_m = neighbours.iter().map(|peer| (peer.pose_wb.position() - at_w).norm());
+    let worst_m = gaps_m.fold(0.0, f64::max);
+    let allowed_m = STRAGGLER_SPACINGS * params.spacing_m;
+    if worst_m <= allowed_m { 1.0 } else { (allowed_m / worst_m).max(STRAGGLER_SCALE_MIN) }
+}
+
+#[cfg(test)]
+#[path = "waypoints_tests.rs"]
+mod tests;

@@ -1,0 +1,289 @@
+//! One robot: mailboxes, estimate, peers, law, limit, supervisor, wired in this order. Nothing is decided here.
+
+use crate::cadence::{Beat, Cadence};
+use crate::estimate::{Estimate, Motion};
+use crate::law::{Law, Outcome, View};
+use crate::limit::limit;
+use crate::mailbox::Mailbox;
+use crate::peers::{Body, Peers};
+use crate::sight::{Surroundings, nearest_wall, surroundings};
+use crate::status::{Counters, Status};
+use crate::supervisor::conditions::{Ages, RequestFact};
+use crate::supervisor::{Conditions, GuardParams, Obstacles, Reason, StopReason, Supervisor, Verdict};
+use drover_config::{Drive, RobotFile, Timeouts};
+use drover_contract::{
+    Beacon, BehaviourState, DriveState, Event, Limits, Pose, RobotId, SafeCommand, Scan, Stamp, Twist,
+};
+use std::time::Duration;
+
+/// From a measurement to wheels that obey it, beside the tick: sensor, links and drive, seconds.
+const LATENCY_S: f64 = 0.1;
+
+/// One robot's controller.
+///
+/// Feed it with `handle_*`; call [`Node::tick`] when [`Node::poll_timeout`] says so and whenever a fresh scan has been
+/// handled; send what it returns. It never waits, and it stops by itself when what it needs is absent.
+#[derive(Clone, Debug)]
+pub struct Node {
+    id: RobotId,
+    epoch: u32,
+    seq: u32,
+    radius_m: f64,
+    limits: Limits,
+    timeouts: Timeouts,
+    needs_fix: bool,
+    beacon_every: Duration,
+    beacon_due: Stamp,
+    cadence: Cadence,
+    mailbox: Mailbox,
+    estimate: Estimate,
+    peers: Peers,
+    law: Law,
+    supervisor: Supervisor,
+    guard: GuardParams,
+    status: Status,
+}
+
+impl Node {
+    /// The robot of `file`, in its life `epoch` (greater after every restart), starting now.
+    #[must_use]
+    pub fn new(file: &RobotFile, epoch: u32, now: Stamp) -> Self {
+        let id = RobotId(file.robot.id);
+        let timeouts = file.kind.timeouts;
+        let tick = Duration::from_millis(u64::from(timeouts.tick_ms));
+        let start_wb = Pose::new(file.robot.start.x_m, file.robot.start.y_m, file.robot.start.yaw_rad);
+        let guard = guard_params(file, tick);
+        let peer_timeout = Duration::from_millis(u64::from(timeouts.peer_ms));
+        Self {
+            id,
+            epoch,
+            seq: 0,
+            radius_m: file.kind.body.radius_m,
+            limits: guard.limits,
+            timeouts,
+            needs_fix: matches!(file.kind.drive, Drive::Mavlink { .. }),
+            beacon_every: Duration::from_secs_f64(1.0 / file.beacon.rate_hz.clamp(1.0, 50.0)),
+            beacon_due: now,
+            cadence: Cadence::new(tick, now),
+            mailbox: Mailbox::default(),
+            estimate: Estimate::new(start_wb, file.kind.body.track_m),
+            peers: Peers::new(id, &file.peers, peer_timeout),
+            law: Law::new(id, &file.behaviour),
+            supervisor: Supervisor::new(guard),
+            guard,
+            status: first_status(now, start_wb),
+        }
+    }
+
+    /// Takes what a codec learned. The newest of each kind replaces all older ones.
+    pub fn handle_event(&mut self, _now: Stamp, event: Event) {
+        match event {
+            Event::Odometry(odometry) => self.estimate.handle_odometry(odometry),
+            Event::Pose(fix) => self.estimate.handle_fix(fix),
+            Event::Scan(scan) => self.mailbox.put_scan(scan),
+            Event::Drive(state) => self.mailbox.drive = state,
+            Event::Battery(battery) => self.mailbox.battery = Some(battery),
+            Event::Text(severity, words) => self.mailbox.text = Some((severity, words)),
+        }
+    }
+
+    /// Takes a peer's beacon; old, duplicate, unknown and malformed ones are counted and dropped.
+    pub fn handle_beacon(&mut self, now: Stamp, beacon: &Beacon) {
+        self.peers.handle_beacon(now, beacon);
+    }
+
+    /// Stops for good: every tick from now on answers STOP, until the program starts anew.
+    pub fn handle_stop(&mut self, now: Stamp, reason: StopReason) {
+        self.supervisor.handle_stop(reason);
+        self.law.halt();
+        self.status.stamp = now;
+        self.status.verdict = self.supervisor.verdict();
+        self.status.state = BehaviourState::Stopped;
+        self.status.command = SafeCommand::STOP;
+    }
+
+    /// One tick: the whole way from what is known to the command to send now.
+    pub fn tick(&mut self, now: Stamp) -> SafeCommand {
+        let beat = self.cadence.beat(now);
+        let motion = self.estimate.motion(now);
+        let bodies = self.peers.bodies(now);
+        let seen = self.mailbox.scan.as_ref().map(|scan| surroundings(scan, &motion, now)).unwrap_or_default();
+        let mut facts = self.sense(now, beat);
+        let request = self.ask(now, beat, motion, &seen, &bodies, &facts);
+        facts.request = RequestFact::of(request);
+        let obstacles = Obstacles::new(&seen, &motion, &bodies, self.guard.keep_m());
+        let decision = self.supervisor.tick(&facts, request.ok(), motion.twist_b, &obstacles);
+        if decision.command.is_stop() {
+            // After a stop the law starts anew: nothing of the motion before is carried into the next command.
+            self.law.halt();
+        }
+        self.count(beat, decision.command, decision.changed);
+        self.report(now, motion, decision.command);
+        decision.command
+    }
+
+    fn sense(&self, now: Stamp, beat: Beat) -> Conditions {
+        let ages = self.ages(now);
+        let unknown_share = self.mailbox.scan.as_ref().map_or(1.0, Scan::unknown_share);
+        let facts = Conditions::sensed(&self.mailbox.drive, ages, unknown_share, &self.timeouts);
+        Conditions { late: beat.late, ..facts }
+    }
+
+    fn ages(&self, now: Stamp) -> Ages {
+        let odometry = self.estimate.odometry_age(now);
+        let pose = if self.needs_fix { self.estimate.fix_age(now) } else { odometry };
+        Ages { scan: self.mailbox.scan_age(now), odometry, pose }
+    }
+
+    /// What the law wishes, limited; or why there is no wish.
+    fn ask(
+        &mut self,
+        now: Stamp,
+        beat: Beat,
+        motion: Motion,
+        seen: &Surroundings,
+        bodies: &[Body],
+        facts: &Conditions,
+    ) -> Result<Twist, &'static str> {
+        if !facts.fit() {
+            return Err("not fit to move");
+        }
+        let neighbours = self.peers.followable(now);
+        let wall_b = nearest_wall(seen, &motion, bodies, self.law.reference_b());
+        let view = View { now, dt_s: beat.dt_s, motion, neighbours: &neighbours, wall_b, limits: &self.limits };
+        match self.law.step(&view) {
+            Outcome::Solved(wish) => Ok(limit(wish, self.supervisor.before(), &self.limits, beat.dt_s)),
+            Outcome::Stale(why) => Err(why),
+        }
+    }
+
+    fn count(&mut self, beat: Beat, command: SafeCommand, changed: Option<Reason>) {
+        let counters = &mut self.status.counters;
+        counters.ticks += 1;
+        counters.late_ticks += u64::from(beat.late);
+        if let Some(reason) = changed {
+            *counters.changed.entry(reason.label()).or_default() += 1;
+            counters.stops += u64::from(command.is_stop() && !self.status.command.is_stop());
+        }
+        copy_beacon_counts(counters, &self.peers);
+    }
+
+    fn report(&mut self, now: Stamp, motion: Motion, command: SafeCommand) {
+        let ages = self.ages(now);
+        let status = &mut self.status;
+        status.stamp = now;
+        status.drive.clone_from(&self.mailbox.drive);
+        status.verdict = self.supervisor.verdict();
+        status.reached = self.law.reached();
+        status.state = behaviour_state(status.verdict, status.reached);
+        status.pose_wb = motion.pose_wb;
+        status.pos_bound_m = motion.pos_bound_m;
+        status.twist_b = motion.twist_b;
+        status.command = command;
+        status.nearest_m = self.mailbox.scan.as_ref().and_then(Scan::nearest_m);
+        status.scan_age = ages.scan;
+        status.odometry_age = ages.odometry;
+        status.progress = self.law.progress();
+        status.path_m = self.estimate.travelled_m();
+        status.peers_heard = self.peers.heard(now);
+        status.battery = self.mailbox.battery;
+        status.text.clone_from(&self.mailbox.text);
+    }
+
+    /// The beacon that is due, if one is. The newest state goes out; missed ones are not made up for.
+    pub fn poll_beacon(&mut self, now: Stamp) -> Option<Beacon> {
+        if now < self.beacon_due {
+            return None;
+        }
+        let next = self.beacon_due + self.beacon_every;
+        self.beacon_due = if next > now { next } else { now + self.beacon_every };
+        self.seq = self.seq.saturating_add(1);
+        let motion = self.estimate.motion(now);
+        Some(Beacon {
+            robot: self.id,
+            epoch: self.epoch,
+            seq: self.seq,
+            sent: now,
+            pose_wb: motion.pose_wb,
+            twist_b: motion.twist_b,
+            accel_mps2: motion.accel_mps2,
+            pos_bound_m: motion.pos_bound_m,
+            radius_m: self.radius_m,
+            state: self.status.state,
+            progress: self.status.progress,
+        })
+    }
+
+    /// The robot as of its last tick.
+    #[must_use]
+    pub fn status(&self) -> &Status {
+        &self.status
+    }
+
+    /// When to come back at the latest, and for what.
+    #[must_use]
+    pub fn poll_timeout(&self) -> (Stamp, &'static str) {
+        let tick = self.cadence.due();
+        if self.beacon_due < tick { (self.beacon_due, "beacon") } else { (tick, "tick") }
+    }
+}
+
+fn guard_params(file: &RobotFile, tick: Duration) -> GuardParams {
+    let motion = file.kind.motion;
+    let limits = Limits {
+        speed_mps_max: motion.speed_mps_max,
+        reverse_mps_max: motion.reverse_mps_max,
+        yaw_rate_radps_max: motion.yaw_rate_radps_max,
+        accel_mps2_max: motion.accel_mps2_max,
+        brake_mps2: motion.brake_mps2,
+        yaw_accel_radps2_max: motion.yaw_accel_radps2_max,
+    };
+    GuardParams {
+        limits,
+        radius_m: file.kind.body.radius_m,
+        margin_m: motion.margin_m,
+        latency_s: LATENCY_S,
+        tick_s: tick.as_secs_f64(),
+    }
+}
+
+fn first_status(now: Stamp, start_wb: Pose) -> Status {
+    Status {
+        stamp: now,
+        drive: DriveState::Silent,
+        verdict: Verdict::Waiting(Reason::DriveSilent),
+        state: BehaviourState::Waiting,
+        pose_wb: start_wb,
+        pos_bound_m: 0.0,
+        twist_b: Twist::ZERO,
+        command: SafeCommand::STOP,
+        nearest_m: None,
+        scan_age: None,
+        odometry_age: None,
+        progress: 0.0,
+        reached: false,
+        path_m: 0.0,
+        peers_heard: 0,
+        battery: None,
+        text: None,
+        counters: Counters::default(),
+    }
+}
+
+fn copy_beacon_counts(counters: &mut Counters, peers: &Peers) {
+    let counts = peers.counts();
+    counters.beacons_taken = counts.taken;
+    counters.beacons_old = counts.old;
+    counters.beacons_duplicate = counts.duplicate;
+    counters.beacons_refused = counts.own + counts.unknown + counts.malformed;
+}
+
+fn behaviour_state(verdict: Verdict, reached: bool) -> BehaviourState {
+    match verdict {
+        Verdict::Stopped(_) => BehaviourState::Stopped,
+        Verdict::Waiting(_) => BehaviourState::Waiting,
+        Verdict::Driving | Verdict::Held(_) if reached => BehaviourState::Done,
+        Verdict::Driving => BehaviourState::Active,
+        Verdict::Held(_) => BehaviourState::Held,
+    }
+}

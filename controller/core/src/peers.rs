@@ -1,0 +1,234 @@
+//! The other robots, as their beacons tell: a bounded table that ages.
+//!
+//! Two questions are asked of it, and their answers differ on purpose:
+//! - *Whom may a law follow?* Only who was heard within `peer_ms` ([`Peers::followable`]).
+//! - *Whom may I not touch?* Everybody ever heard, whatever state they are in ([`Peers::bodies`], invariant 5).
+//!
+//! A peer's pose is carried forward by its last velocity for as long as it may be followed, no longer. What it may
+//! have done meanwhile is a disc that grows with age, `A_UNSEEN t^2 / 2`, the reachable set of a body that changes its
+//! mind, up to `REACH_M_MAX`. A peer silent for `SILENT_S` keeps its last pose as an obstacle without that disc: it has
+//! stopped (absent means stop) or its radio is broken, and then the scan sees it. It stays until it is heard again.
+//!
+//! Clocks of two robots are not comparable, but differences are: of all beacons of one life the one that took least
+//! time sets an offset, and what a later one takes beyond that counts as age. So a beacon that lay in a queue is as
+//! old as it is, not as fresh as it looks.
+
+use drover_contract::{Beacon, BehaviourState, Pose, RobotId, Stamp, Twist, Vec2};
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// More peers than this are not kept: the one heard least recently goes.
+const PEERS_MAX: usize = 256;
+/// How hard a peer may change its velocity without our knowing, m/s^2.
+const A_UNSEEN_MPS2: f64 = 2.0;
+/// The disc of what a peer may have done grows no larger, metres.
+const REACH_M_MAX: f64 = 0.5;
+/// A peer silent for longer keeps its last pose without a disc around it, seconds.
+const SILENT_S: f64 = 5.0;
+/// How fast two clocks may drift apart: the offset follows that much, microseconds per second.
+const DRIFT_US_PER_S: f64 = 100.0;
+/// Numbers beyond these are no robot's: metres, m/s or rad/s.
+const PLACE_M_MAX: f64 = 1e6;
+const RATE_MAX: f64 = 50.0;
+const RADIUS_M_MAX: f64 = 5.0;
+
+/// A peer whose beacon is fresh enough to follow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Neighbour {
+    pub(crate) id: RobotId,
+    /// Carried forward to now.
+    pub(crate) pose_wb: Pose,
+    /// In its own body frame.
+    pub(crate) twist_b: Twist,
+    /// Along its heading, m/s^2.
+    pub(crate) accel_mps2: f64,
+    pub(crate) state: BehaviourState,
+}
+
+/// A peer's body, for collision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Body {
+    pub(crate) pos_w: Vec2,
+    /// Of the disc that holds it, metres.
+    pub(crate) radius_m: f64,
+    /// Its centre is within this distance of `pos_w`, metres.
+    pub(crate) bound_m: f64,
+}
+
+/// Why beacons were not taken, and how many were.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct BeaconCounts {
+    pub(crate) taken: u64,
+    pub(crate) old: u64,
+    pub(crate) duplicate: u64,
+    pub(crate) own: u64,
+    pub(crate) unknown: u64,
+    pub(crate) malformed: u64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Record {
+    beacon: Beacon,
+    received: Stamp,
+    /// `received - sent` of the quickest beacon of this life, microseconds.
+    offset_us: i64,
+    /// What this beacon took beyond the quickest.
+    delay: Duration,
+}
+
+/// The ageing table.
+#[derive(Clone, Debug)]
+pub(crate) struct Peers {
+    own: RobotId,
+    known: BTreeMap<RobotId, f64>,
+    table: BTreeMap<RobotId, Record>,
+    timeout: Duration,
+    counts: BeaconCounts,
+}
+
+impl Peers {
+    /// A table for robot `own`, which knows `peers` with their radii and follows none silent for `timeout`.
+    pub(crate) fn new(own: RobotId, peers: &[drover_config::Peer], timeout: Duration) -> Self {
+        let known = peers.iter().map(|peer| (RobotId(peer.id), peer.radius_m)).collect();
+        Self { own, known, table: BTreeMap::new(), timeout, counts: BeaconCounts::default() }
+    }
+
+    /// Takes `beacon` if it is a known peer's and newer than what is held; else counts why not.
+    pub(crate) fn handle_beacon(&mut self, now: Stamp, beacon: &Beacon) {
+        let held = self.table.get(&beacon.robot);
+        match self.judge(beacon, held) {
+            Intake::Take => {
+                self.counts.taken += 1;
+                let life = held.filter(|held| held.beacon.epoch == beacon.epoch);
+                let record = Record::new(now, beacon, life);
+                self.make_room(beacon.robot);
+                self.table.insert(beacon.robot, record);
+            }
+            Intake::Old => self.counts.old += 1,
+            Intake::Duplicate => self.counts.duplicate += 1,
+            Intake::Own => self.counts.own += 1,
+            Intake::Unknown => self.counts.unknown += 1,
+            Intake::Malformed => self.counts.malformed += 1,
+        }
+    }
+
+    fn judge(&self, beacon: &Beacon, held: Option<&Record>) -> Intake {
+        let order = held.map(|held| (beacon.epoch, beacon.seq).cmp(&(held.beacon.epoch, held.beacon.seq)));
+        if beacon.robot == self.own {
+            Intake::Own
+        } else if !self.known.contains_key(&beacon.robot) {
+            Intake::Unknown
+        } else if !plausible(beacon) {
+            Intake::Malformed
+        } else {
+            match order {
+                None | Some(Ordering::Greater) => Intake::Take,
+                Some(Ordering::Equal) => Intake::Duplicate,
+                Some(Ordering::Less) => Intake::Old,
+            }
+        }
+    }
+
+    fn make_room(&mut self, newcomer: RobotId) {
+        if self.table.contains_key(&newcomer) || self.table.len() < PEERS_MAX {
+            return;
+        }
+        let oldest = self.table.iter().min_by_key(|(id, record)| (record.received, **id)).map(|(id, _)| *id);
+        if let Some(id) = oldest {
+            self.table.remove(&id);
+        }
+    }
+
+    /// The peers that a law may follow now, sorted by id, carried forward to now.
+    pub(crate) fn followable(&self, now: Stamp) -> Vec<Neighbour> {
+        let fresh = self.table.iter().filter(|(_, record)| record.age(now) <= self.timeout);
+        fresh.map(|(id, record)| record.neighbour(*id, self.pose_wb(record, now))).collect()
+    }
+
+    /// Every body ever heard of, sorted by id, whatever its state.
+    pub(crate) fn bodies(&self, now: Stamp) -> Vec<Body> {
+        self.table.iter().map(|(id, record)| self.body(*id, record, now)).collect()
+    }
+
+    fn body(&self, id: RobotId, record: &Record, now: Stamp) -> Body {
+        let configured_m = self.known.get(&id).copied().unwrap_or(0.0);
+        Body {
+            pos_w: self.pose_wb(record, now).position(),
+            radius_m: record.beacon.radius_m.max(configured_m),
+            bound_m: record.beacon.pos_bound_m + record.reach_m(now),
+        }
+    }
+
+    fn pose_wb(&self, record: &Record, now: Stamp) -> Pose {
+        let ahead = record.age(now).min(self.timeout);
+        record.beacon.pose_wb.advance(record.beacon.twist_b, ahead.as_secs_f64())
+    }
+
+    /// How many peers were heard within the timeout.
+    pub(crate) fn heard(&self, now: Stamp) -> usize {
+        self.table.values().filter(|record| record.age(now) <= self.timeout).count()
+    }
+
+    pub(crate) fn counts(&self) -> BeaconCounts {
+        self.counts
+    }
+}
+
+/// What becomes of a beacon.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Intake {
+    Take,
+    Old,
+    Duplicate,
+    Own,
+    Unknown,
+    Malformed,
+}
+
+impl Record {
+    fn new(now: Stamp, beacon: &Beacon, life: Option<&Self>) -> Self {
+        let transit_us = now.as_micros() as i64 - beacon.sent.as_micros() as i64;
+        let offset_us = life.map_or(transit_us, |life| {
+            let drift_us = now.since(life.received).as_secs_f64() * DRIFT_US_PER_S;
+            transit_us.min(life.offset_us.saturating_add(drift_us as i64))
+        });
+        let delay_us = transit_us.saturating_sub(offset_us).max(0) as u64;
+        Self { beacon: *beacon, received: now, offset_us, delay: Duration::from_micros(delay_us) }
+    }
+
+    fn age(&self, now: Stamp) -> Duration {
+        now.since(self.received).saturating_add(self.delay)
+    }
+
+    /// How far the peer may be from where its last velocity leads, metres.
+    fn reach_m(&self, now: Stamp) -> f64 {
+        let age_s = self.age(now).as_secs_f64();
+        if age_s > SILENT_S { 0.0 } else { (A_UNSEEN_MPS2 * age_s * age_s / 2.0).min(REACH_M_MAX) }
+    }
+
+    fn neighbour(&self, id: RobotId, pose_wb: Pose) -> Neighbour {
+        let Beacon { twist_b, accel_mps2, state, .. } = self.beacon;
+        Neighbour { id, pose_wb, twist_b, accel_mps2, state }
+    }
+}
+
+/// Whether a beacon's numbers can be a robot's. NaN fails every comparison and is refused with the rest.
+fn plausible(beacon: &Beacon) -> bool {
+    let pose = beacon.pose_wb;
+    let twist = beacon.twist_b;
+    let within = |value: f64, most: f64| value.abs() <= most;
+    within(pose.x_m, PLACE_M_MAX)
+        && within(pose.y_m, PLACE_M_MAX)
+        && within(pose.yaw_rad, 7.0)
+        && within(twist.speed_mps, RATE_MAX)
+        && within(twist.yaw_rate_radps, RATE_MAX)
+        && within(beacon.accel_mps2, RATE_MAX)
+        && (0.0..=PLACE_M_MAX).contains(&beacon.pos_bound_m)
+        && (0.0..=RADIUS_M_MAX).contains(&beacon.radius_m)
+        && (0.0..=1.0).contains(&beacon.progress)
+}
+
+#[cfg(test)]
+#[path = "peers_tests.rs"]
+mod tests;

@@ -1,0 +1,76 @@
+//! What a robot says of itself: for the terminal, the recording and the summary.
+
+use crate::supervisor::Verdict;
+use drover_contract::{Battery, BehaviourState, DriveState, Pose, SafeCommand, Severity, Stamp, Twist};
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// One robot, as of its last tick.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Status {
+    /// When this held.
+    pub stamp: Stamp,
+    /// How far the drive is on the way to obeying.
+    pub drive: DriveState,
+    /// What the supervisor allows, and why not more.
+    pub verdict: Verdict,
+    /// What the robot is doing, in one word.
+    pub state: BehaviourState,
+    /// The body in the world, as estimated.
+    pub pose_wb: Pose,
+    /// The body is within this distance of it, metres.
+    pub pos_bound_m: f64,
+    /// The measured velocity, body frame.
+    pub twist_b: Twist,
+    /// The command of the last tick.
+    pub command: SafeCommand,
+    /// The nearest hit of the newest scan, metres from the body's origin, peers included.
+    pub nearest_m: Option<f64>,
+    /// Age of the newest scan.
+    pub scan_age: Option<Duration>,
+    /// Age of the newest odometry.
+    pub odometry_age: Option<Duration>,
+    /// Share of the task that is done, 0..=1.
+    pub progress: f64,
+    /// Whether the task is done.
+    pub reached: bool,
+    /// Metres travelled, as measured.
+    pub path_m: f64,
+    /// Peers heard within their timeout.
+    pub peers_heard: usize,
+    /// The supply, as last heard.
+    pub battery: Option<Battery>,
+    /// The newest words of the firmware.
+    pub text: Option<(Severity, String)>,
+    /// What has been counted since the start.
+    pub counters: Counters,
+}
+
+/// What has been counted since the start.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Ticks.
+    pub ticks: u64,
+    /// Ticks that came more than two ticks after the one before.
+    pub late_ticks: u64,
+    /// Times that a moving command was followed by STOP against the law's wish.
+    pub stops: u64,
+    /// Commands that the supervisor changed, by the reason's label.
+    pub changed: BTreeMap<&'static str, u64>,
+    /// Beacons taken.
+    pub beacons_taken: u64,
+    /// Beacons dropped: older than what is held.
+    pub beacons_old: u64,
+    /// Beacons dropped: heard before.
+    pub beacons_duplicate: u64,
+    /// Beacons dropped: our own id, an id that the file does not name, or impossible numbers.
+    pub beacons_refused: u64,
+}
+
+impl Counters {
+    /// Commands that the supervisor changed, for whatever reason.
+    #[must_use]
+    pub fn changed_total(&self) -> u64 {
+        self.changed.values().sum()
+    }
+}

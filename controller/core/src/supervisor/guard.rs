@@ -1,0 +1,126 @@
+//! Reduces a request until the body can stop before anything. Never increases a speed or a turn.
+//!
+//! Candidates are shares of the request, the largest first: speed is given up before turn. The first whose course
+//! ([`super::rollout`]) keeps clear is taken (the admissible velocities of D. Fox, W. Burgard, S. Thrun, "The dynamic
+//! window approach to collision avoidance", IEEE Robotics & Automation Magazine 4(1), 1997, eq. 14).
+//!
+//! *Clear* of points: the disc keeps its margin from all. Already inside the margin, nothing in the outer half of it
+//! may come nearer than what is nearest, and nothing in the inner half may come nearer at all: the robot can slide
+//! along a wall and leave it, and noise cannot walk it in. *Clear* of peers: the centre stays in its half of the gap.
+//!
+//! A disc that turns in place touches nothing new: that is always allowed to a robot that stands.
+
+use super::obstacles::Obstacles;
+use super::rollout::{Pace, Start, course};
+use super::Reason;
+use drover_contract::{Limits, Twist, Vec2};
+
+/// Shares of the requested turn and speed that are tried.
+const TURN_SHARES: [f64; 3] = [1.0, 0.5, 0.0];
+const SPEED_STEPS: u32 = 8;
+/// A request for less than this is not blocked when it is not met, m/s.
+const ASKED_MPS: f64 = 0.02;
+/// A robot slower than this may turn in place whatever its course says, m/s.
+const CREEP_MPS: f64 = 0.1;
+/// Nearer than this to its bound is on it: rounding must not lock a robot, metres.
+const ROUNDING_M: f64 = 1e-9;
+
+/// What the guard knows of its body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct GuardParams {
+    pub(crate) limits: Limits,
+    /// Radius of the disc, metres.
+    pub(crate) radius_m: f64,
+    /// Gap to keep, metres.
+    pub(crate) margin_m: f64,
+    /// From a measurement to wheels that obey it, seconds, without the tick.
+    pub(crate) latency_s: f64,
+    pub(crate) tick_s: f64,
+}
+
+impl GuardParams {
+    /// Distance that the body's centre keeps from points, metres.
+    pub(crate) fn keep_m(&self) -> f64 {
+        self.radius_m + self.margin_m
+    }
+}
+
+/// What is left of a request.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Guarded {
+    pub(super) twist_b: Twist,
+    /// What made it less, if it is less.
+    pub(super) reduced: Option<Reason>,
+    /// What is in the way, if nothing is left of the requested speed.
+    pub(super) blocked: Option<Reason>,
+}
+
+/// `request` (finite), reduced.
+pub(super) fn guard(request: Twist, start: Start, obstacles: &Obstacles, params: &GuardParams) -> Guarded {
+    let pace = Pace { latency_s: params.latency_s, tick_s: params.tick_s, limits: &params.limits };
+    let bounds = Bounds::new(obstacles, params, reach_m(request, start, params));
+    let mut path = Vec::with_capacity(64);
+    let mut why = None;
+    for candidate in candidates(request) {
+        course(start, candidate, &pace, &mut path);
+        match bounds.crossed_by(&path) {
+            None => return guarded(request, candidate, why),
+            Some(reason) => why = why.or(Some(reason)),
+        }
+    }
+    let stands = start.is_b.speed_mps.abs() < CREEP_MPS;
+    let rest = if stands { Twist::new(0.0, request.yaw_rate_radps) } else { Twist::ZERO };
+    guarded(request, rest, why)
+}
+
+fn guarded(request: Twist, twist_b: Twist, why: Option<Reason>) -> Guarded {
+    let blocked = twist_b.speed_mps == 0.0 && request.speed_mps.abs() > ASKED_MPS;
+    Guarded { twist_b, reduced: why, blocked: why.filter(|_| blocked) }
+}
+
+fn candidates(request: Twist) -> impl Iterator<Item = Twist> {
+    TURN_SHARES.into_iter().flat_map(move |turn| {
+        (0..=SPEED_STEPS).rev().map(move |step| {
+            let share = f64::from(step) / f64::from(SPEED_STEPS);
+            Twist::new(request.speed_mps * share, request.yaw_rate_radps * turn)
+        })
+    })
+}
+
+/// No course of a share of `request` leads farther than this from here, metres.
+fn reach_m(request: Twist, start: Start, params: &GuardParams) -> f64 {
+    let speeds = [request.speed_mps, start.is_b.speed_mps, start.before_b.speed_mps];
+    let most_mps = speeds.iter().fold(0.0_f64, |most, speed| most.max(speed.abs()));
+    let ahead_s = params.latency_s + params.tick_s + 0.1;
+    most_mps * ahead_s + most_mps * most_mps / (2.0 * params.limits.brake_mps2)
+}
+
+/// The bounds that matter within reach.
+struct Bounds<'a> {
+    /// Each with the distance that the centre must keep from it.
+    points: Vec<(Vec2, f64)>,
+    obstacles: &'a Obstacles,
+}
+
+impl<'a> Bounds<'a> {
+    fn new(obstacles: &'a Obstacles, params: &GuardParams, reach_m: f64) -> Self {
+        let keep_m = params.keep_m();
+        let nearest_m = obstacles.points_b.iter().map(|point| point.norm()).fold(f64::INFINITY, f64::min);
+        let floor_m = nearest_m.clamp(params.radius_m + params.margin_m / 2.0, keep_m);
+        let near = obstacles.points_b.iter().filter(|point| point.norm() <= keep_m + reach_m);
+        let points = near.map(|point| (*point, floor_m.min(point.norm()))).collect();
+        Self { points, obstacles }
+    }
+
+    fn crossed_by(&self, path: &[Vec2]) -> Option<Reason> {
+        let plane_hit = |place: &Vec2| {
+            let hit = self.obstacles.planes.iter().find(|p| place.dot(&p.normal_b) > p.advance_m + ROUNDING_M);
+            hit.map(|plane| plane.reason)
+        };
+        let point_hit = |place: &Vec2| {
+            let near = |(point, keep_m): &(Vec2, f64)| (point - place).norm_squared() < (keep_m - ROUNDING_M).powi(2);
+            self.points.iter().any(near).then_some(Reason::Obstacle)
+        };
+        path.iter().find_map(|place| plane_hit(place).or_else(|| point_hit(place)))
+    }
+}
