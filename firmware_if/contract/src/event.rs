@@ -1,7 +1,7 @@
 //! What firmware tells its robot, once decoded: every host-side codec speaks in these.
 
 use crate::{Pose, Scan, Stamp, Twist};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::time::Duration;
 
@@ -88,7 +88,7 @@ impl fmt::Display for DriveState {
 }
 
 /// A drive's supply.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Battery {
     /// Volts, if known.
     pub voltage_v: Option<f64>,
@@ -108,4 +108,14 @@ pub enum Severity {
     Warning,
     /// Something failed.
     Error,
+}
+
+impl fmt::Display for Watchdog {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Fixed(span) => write!(f, "its own watchdog stops it after {} ms of silence (fixed)", span.as_millis()),
+            Self::ReadBack(span) => write!(f, "its own watchdog is set to {} ms (read back)", span.as_millis()),
+            Self::Absent => f.write_str("it has NO watchdog of its own: if this computer dies, it keeps driving"),
+        }
+    }
 }
