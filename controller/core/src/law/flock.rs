@@ -25,9 +25,11 @@
 //!
 //! **Departures**: the damping has a gain k (the paper's is 1/s). Leader and neighbours are taken at *their* reference
 //! points, so that at rest all forces vanish together. A wall nearer than S repels with the same potential, L = S,
-//! from its nearest return (the paper leaves this open). The velocity that (6) adds to is the one asked for before, but
+//! from its nearest return (the paper leaves this open), and what of the neighbours' pull leads into the wall is turned
+//! along it, the more the nearer: the pull around a corner otherwise ends in a standstill. The velocity that (6) adds to is the one asked for before, but
 //! never farther than `LEAD` from the measured one, or a held robot would wind up. The force is capped at `FORCE_MAX`.
-//! N_i is everybody heard. Wall following (section 3) is not here. No new leader is elected, ever.
+//! The leader's attraction stays at its greatest value, at sqrt(3) L, instead of fading: a straggler comes back. N_i is
+//! everybody heard. Wall following (section 3) is not here. No new leader is elected, ever.
 //!
 //! **Stability** of the explicit step: k dt / m < 2 and k d^2 dt / I < 2, better below 0.5 because a real drive lags.
 //!
@@ -110,16 +112,38 @@ fn potential_force_w(params: &Params, own: &Head, view: &View<'_>) -> Vec2 {
     let mut sum_w = Vec2::zeros();
     for peer in view.neighbours {
         let other = Head::new(peer.pose_wb, peer.twist_b, params.head_offset_m);
-        sum_w += pair_force(params.gain, params.spacing_m, own.pos_w - other.pos_w);
+        let apart_w = own.pos_w - other.pos_w;
+        let held_w = if peer.id == params.leader { strongest(apart_w, params.spacing_m) } else { apart_w };
+        sum_w += pair_force(params.gain, params.spacing_m, held_w);
     }
     if let Some(wall_b) = view.wall_b {
         let away_w = own.pos_w - view.motion.pose_wb.transform(wall_b);
         if away_w.norm() < params.obstacle_range_m {
+            sum_w += slide_w(params, sum_w, away_w, view.motion.pose_wb.heading());
             sum_w += pair_force(params.gain, params.obstacle_range_m, away_w);
         }
     }
     let size = sum_w.norm();
     if size > FORCE_MAX { sum_w * (FORCE_MAX / size) } else { sum_w }
+}
+
+/// `apart_w`, no longer than where attraction is greatest, sqrt(3) L: the leader's pull does not fade with distance.
+fn strongest(apart_w: Vec2, spacing_m: f64) -> Vec2 {
+    let most_m = spacing_m * 3.0_f64.sqrt();
+    let is_m = apart_w.norm();
+    if is_m > most_m { apart_w * (most_m / is_m) } else { apart_w }
+}
+
+/// What of `pull_w` leads into the wall, turned along it: to the side that the pull and the heading favour together.
+fn slide_w(params: &Params, pull_w: Vec2, away_w: Vec2, heading_w: Vec2) -> Vec2 {
+    let (Some(normal_w), Some(wish_w)) = (away_w.try_normalize(1e-6), pull_w.try_normalize(1e-6)) else {
+        return Vec2::zeros();
+    };
+    let left_w = Vec2::new(-normal_w.y, normal_w.x);
+    let favour = wish_w.dot(&left_w) + heading_w.dot(&left_w) / 2.0;
+    let side_w = if favour < 0.0 { -left_w } else { left_w };
+    let near = 1.0 - away_w.norm() / params.obstacle_range_m;
+    side_w * (-pull_w.dot(&normal_w)).max(0.0) * near
 }
 
 /// - grad V at `apart` (from the other to us): 2 A (L^2 / r^3 - 1 / r) along it.

@@ -1,14 +1,17 @@
-//! The leader's way: pure pursuit from point to point.
+//! The leader's way: pure pursuit along the straight legs between points.
 //!
 //! **In**: own pose (world), neighbours with fresh beacons, limits. **Out**: a twist in the body frame.
 //!
-//! **Idea**: aim at the next point; turn in place while it lies far off the heading, else drive the arc that leads
-//! through it, curvature 2 sin(a) / distance, slowly enough for the turn and, at the last point, for the brake.
+//! **Idea**: aim at the place on the leg that lies `AHEAD_M` beyond our own foot on it; turn in place while it lies far
+//! off the heading, else drive the arc that leads through it, curvature 2 sin(a) / distance, slowly enough for the turn
+//! and, at the last point, for the brake. Aiming at the leg and not at its far end keeps the leader on the line that
+//! the swarm file draws, where its author has looked for obstacles.
 //!
 //! **Source**: R. C. Coulter, "Implementation of the pure pursuit path tracking algorithm", CMU-RI-TR-92-01, 1992.
 //!
 //! **Departure from the flocking paper**: its leader moves as it likes. Ours slows down, to a third at least, when the
-//! farthest follower that it hears is more than 3 L away; it never stops for one (invariant 5).
+//! farthest follower that it hears is more than 3 L away; it never stops for one (invariant 5). It does not steer around
+//! obstacles: the supervisor slows it down and, if one stands on the leg, holds it there.
 //!
 //! **Cost**: one pass over the neighbours. **Cannot solve**: never; without points it stands.
 
@@ -20,7 +23,9 @@ use drover_contract::{Twist, Vec2, wrap};
 const TURN_IN_PLACE_RAD: f64 = 0.9;
 /// Turn towards the point, 1/s.
 const TURN_GAIN: f64 = 2.0;
-/// Points nearer than this are aimed at as if this far away, metres: the curvature has a pole.
+/// How far ahead on the leg to aim, metres.
+const AHEAD_M: f64 = 1.2;
+/// Places nearer than this are aimed at as if this far away, metres: the curvature has a pole.
 const AIM_M_MIN: f64 = 0.5;
 /// Followers farther away than this many spacings slow the leader down, and how far at most.
 const STRAGGLER_SPACINGS: f64 = 3.0;
@@ -61,27 +66,37 @@ impl Route {
             self.next += 1;
         }
         match self.points_w.get(self.next) {
-            Some(point_w) => self.pursue(*point_w, view),
+            Some(end_w) => self.pursue(*end_w, view),
             None => Twist::ZERO,
         }
+    }
+
+    /// The place to aim at: ahead of our foot on the leg that ends at `end_w`, never beyond its end.
+    fn aim_w(&self, end_w: Vec2) -> Vec2 {
+        let before = self.next.checked_sub(1).and_then(|index| self.points_w.get(index)).copied();
+        let from_w = before.or(self.from_w).unwrap_or(self.at_w);
+        let leg = end_w - from_w;
+        let Some(along) = leg.try_normalize(1e-6) else { return end_w };
+        let foot_m = (self.at_w - from_w).dot(&along).max(0.0);
+        from_w + along * (foot_m + AHEAD_M).min(leg.norm())
     }
 
     fn gap_m(&self, index: usize) -> f64 {
         (self.points_w[index] - self.at_w).norm()
     }
 
-    fn pursue(&self, point_w: Vec2, view: &View<'_>) -> Twist {
-        let aim_b = view.motion.pose_wb.inverse_transform(point_w);
+    fn pursue(&self, end_w: Vec2, view: &View<'_>) -> Twist {
+        let aim_b = view.motion.pose_wb.inverse_transform(self.aim_w(end_w));
         let off_rad = wrap(aim_b.y.atan2(aim_b.x));
         let turn_max = view.limits.yaw_rate_radps_max;
         if off_rad.abs() > TURN_IN_PLACE_RAD {
             return Twist::new(0.0, (TURN_GAIN * off_rad).clamp(-turn_max, turn_max));
         }
-        let gap_m = aim_b.norm();
-        let curvature = 2.0 * off_rad.sin() / gap_m.max(AIM_M_MIN);
+        let curvature = 2.0 * off_rad.sin() / aim_b.norm().max(AIM_M_MIN);
         let cruise_mps = self.params.speed_mps * straggler_scale(&self.params, self.at_w, view.neighbours);
         // Some turn is kept in reserve, so that the arc can still be corrected.
         let turn_mps = 0.8 * turn_max / curvature.abs().max(1e-6);
+        let gap_m = (end_w - self.at_w).norm();
         let speed_mps = cruise_mps.min(turn_mps).min(self.ending_mps(gap_m, view.limits.brake_mps2));
         Twist::new(speed_mps, (speed_mps * curvature).clamp(-turn_max, turn_max))
     }
