@@ -46,3 +46,17 @@ pub enum BehaviourState {
     /// Stopped for good: an operator or a fault; it needs a restart.
     Stopped,
 }
+
+impl BehaviourState {
+    /// The state as tables, JSON and logs spell it.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Waiting => "waiting",
+            Self::Active => "active",
+            Self::Held => "held",
+            Self::Done => "done",
+            Self::Stopped => "stopped",
+        }
+    }
+}
