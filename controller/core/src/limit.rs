@@ -19,8 +19,9 @@ pub(crate) fn limit(request: Twist, before: Twist, limits: &Limits, dt_s: f64) -
 pub(crate) fn approach(from_mps: f64, to_mps: f64, limits: &Limits, dt_s: f64) -> f64 {
     let slower = to_mps.clamp(from_mps.min(0.0), from_mps.max(0.0));
     let braked = step(from_mps, slower, limits.brake_mps2 * dt_s);
-    let left_s = (dt_s - (from_mps - braked).abs() / limits.brake_mps2).max(0.0);
-    step(braked, to_mps, if braked == slower { limits.accel_mps2_max * left_s } else { 0.0 })
+    // While the brake is not done, all of the time is used up and nothing is left to speed up in.
+    let left_s = (dt_s - (from_mps - slower).abs() / limits.brake_mps2).max(0.0);
+    step(braked, to_mps, limits.accel_mps2_max * left_s)
 }
 
 /// `from`, moved towards `to` by at most `most`.

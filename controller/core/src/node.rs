@@ -109,9 +109,10 @@ impl Node {
         let bodies = self.peers.bodies(now);
         let seen = self.mailbox.scan.as_ref().map(|scan| surroundings(scan, &motion, now)).unwrap_or_default();
         let mut facts = self.sense(now, beat);
-        let request = self.ask(now, beat, motion, &seen, &bodies, &facts);
+        let request = if facts.fit() { self.ask(now, beat, &seen, &bodies) } else { Err("not fit to move") };
         facts.request = RequestFact::of(request);
-        let obstacles = Obstacles::new(&seen, &motion, &bodies, self.guard.keep_m());
+        let unheard = self.peers.heard(now) < self.peers.known();
+        let obstacles = Obstacles::new(&seen, &motion, &bodies, self.guard.keep_m(), unheard);
         let decision = self.supervisor.tick(&facts, request.ok(), motion.twist_b, &obstacles);
         if decision.command.is_stop() {
             // After a stop the law starts anew: nothing of the motion before is carried into the next command.
@@ -140,14 +141,10 @@ impl Node {
         &mut self,
         now: Stamp,
         beat: Beat,
-        motion: Motion,
         seen: &Surroundings,
         bodies: &[Body],
-        facts: &Conditions,
     ) -> Result<Twist, &'static str> {
-        if !facts.fit() {
-            return Err("not fit to move");
-        }
+        let motion = self.estimate.motion(now);
         let neighbours = self.peers.followable(now);
         let wall_b = nearest_wall(seen, &motion, bodies, self.law.reference_b());
         let view = View { now, dt_s: beat.dt_s, motion, neighbours: &neighbours, wall_b, limits: &self.limits };
@@ -287,3 +284,7 @@ fn behaviour_state(verdict: Verdict, reached: bool) -> BehaviourState {
         Verdict::Held(_) => BehaviourState::Held,
     }
 }
+
+#[cfg(test)]
+#[path = "node_tests.rs"]
+mod tests;

@@ -170,6 +170,11 @@ impl Peers {
         self.table.values().filter(|record| record.age(now) <= self.timeout).count()
     }
 
+    /// How many peers the swarm has.
+    pub(crate) fn known(&self) -> usize {
+        self.known.len()
+    }
+
     pub(crate) fn counts(&self) -> BeaconCounts {
         self.counts
     }

@@ -222,6 +222,8 @@ pub(crate) struct SimSwarm {
     pub(crate) link_ms: u64,
     pub(crate) beacon_ms: u64,
     pub(crate) silent: Vec<bool>,
+    /// Lidars see walls only.
+    pub(crate) blind_to_peers: bool,
     /// Smallest gap between two bodies, and between a body and the place, so far.
     pub(crate) gap_robot_m: f64,
     pub(crate) gap_wall_m: f64,
@@ -243,6 +245,7 @@ impl SimSwarm {
             link_ms: 20,
             beacon_ms: 20,
             silent: vec![false; starts_wb.len()],
+            blind_to_peers: false,
             gap_robot_m: f64::INFINITY,
             gap_wall_m: f64::INFINITY,
             commands: vec![VecDeque::new(); starts_wb.len()],
@@ -286,7 +289,7 @@ impl SimSwarm {
         }
         if (self.now.as_millis() / STEP_MS + index as u64).is_multiple_of(10) {
             let mut seen = self.place.clone();
-            let others = self.bodies.iter().enumerate().filter(|(other, _)| *other != index);
+            let others = self.bodies.iter().enumerate().filter(|(other, _)| *other != index && !self.blind_to_peers);
             seen.discs.extend(others.map(|(_, other)| (other.pose_wb.position(), other.radius_m)));
             node.handle_event(self.now, Event::Scan(seen.scan(body.pose_wb, self.now)));
         }

@@ -10,7 +10,7 @@
 //!
 //! A disc that turns in place touches nothing new: that is always allowed to a robot that stands.
 
-use super::obstacles::Obstacles;
+use super::obstacles::{Obstacles, Plane};
 use super::rollout::{Pace, Start, course};
 use super::Reason;
 use drover_contract::{Limits, Twist, Vec2};
@@ -96,25 +96,26 @@ fn reach_m(request: Twist, start: Start, params: &GuardParams) -> f64 {
 }
 
 /// The bounds that matter within reach.
-struct Bounds<'a> {
+struct Bounds {
     /// Each with the distance that the centre must keep from it.
     points: Vec<(Vec2, f64)>,
-    obstacles: &'a Obstacles,
+    planes: Vec<Plane>,
 }
 
-impl<'a> Bounds<'a> {
-    fn new(obstacles: &'a Obstacles, params: &GuardParams, reach_m: f64) -> Self {
+impl Bounds {
+    fn new(obstacles: &Obstacles, params: &GuardParams, reach_m: f64) -> Self {
         let keep_m = params.keep_m();
         let nearest_m = obstacles.points_b.iter().map(|point| point.norm()).fold(f64::INFINITY, f64::min);
         let floor_m = nearest_m.clamp(params.radius_m + params.margin_m / 2.0, keep_m);
         let near = obstacles.points_b.iter().filter(|point| point.norm() <= keep_m + reach_m);
         let points = near.map(|point| (*point, floor_m.min(point.norm()))).collect();
-        Self { points, obstacles }
+        let planes = obstacles.planes.iter().filter(|plane| plane.advance_m <= reach_m).copied().collect();
+        Self { points, planes }
     }
 
     fn crossed_by(&self, path: &[Vec2]) -> Option<Reason> {
         let plane_hit = |place: &Vec2| {
-            let hit = self.obstacles.planes.iter().find(|p| place.dot(&p.normal_b) > p.advance_m + ROUNDING_M);
+            let hit = self.planes.iter().find(|p| place.dot(&p.normal_b) > p.advance_m + ROUNDING_M);
             hit.map(|plane| plane.reason)
         };
         let point_hit = |place: &Vec2| {

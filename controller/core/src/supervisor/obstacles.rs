@@ -6,6 +6,9 @@
 //!   avoidance for dynamic vehicles using buffered Voronoi cells", IEEE RA-L 2(2), 2017). Two robots that each stay in
 //!   their half never meet, whatever either does.
 //!
+//! - **Unheard peers**: while one of the swarm is not heard, any hit in the way, to the front or the back, may be it, on
+//!   its way to us: there too the body uses half of the gap only. Nobody waits; the approach to things ahead is slower.
+//!
 //! A peer that the scan sees is measured by the scan: the bounds on both poses then do not matter. One that it does not
 //! see is taken from its beacon, as large as the bounds make it.
 
@@ -18,6 +21,9 @@ use drover_contract::Vec2;
 /// What is added to an unseen peer for what the poses are uncertain by, metres, at most: beyond it a lost robot would
 /// freeze all around it, and the scan has the word.
 const BOUND_M_MAX: f64 = 0.5;
+
+/// A hit is in the way if it lies this close to the body's axis: cosine of 30 degrees.
+const IN_THE_WAY_COS: f64 = 0.866;
 
 /// Something in the body frame that limits where the body's centre may go.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -36,17 +42,25 @@ pub(super) struct Plane {
 }
 
 impl Obstacles {
-    /// From the raw scan and the peers' bodies. `keep_m` is the body's radius and margin.
-    pub(crate) fn new(seen: &Surroundings, motion: &Motion, bodies: &[Body], keep_m: f64) -> Self {
+    /// From the raw scan and the peers' bodies. `keep_m` is the body's radius and margin; `unheard` says that some peer
+    /// of the swarm is not heard now.
+    pub(crate) fn new(seen: &Surroundings, motion: &Motion, bodies: &[Body], keep_m: f64, unheard: bool) -> Self {
         let peers = bodies.iter().filter_map(|body| peer_plane(seen, motion, body, keep_m));
         // A blind spot is an obstacle at the margin: no advance into it.
         let blind = seen.blind_b.iter().map(|ray_b| plane(*ray_b, 0.0, Reason::Obstacle));
-        Self { points_b: seen.points_b.clone(), planes: peers.chain(blind).collect() }
+        let strangers = seen.points_b.iter().filter(|_| unheard).filter_map(|hit_b| stranger_plane(*hit_b, keep_m));
+        Self { points_b: seen.points_b.clone(), planes: peers.chain(blind).chain(strangers).collect() }
     }
 }
 
 fn plane(normal_b: Vec2, advance_m: f64, reason: Reason) -> Plane {
     Plane { normal_b, advance_m: advance_m.max(0.0), reason }
+}
+
+fn stranger_plane(hit_b: Vec2, keep_m: f64) -> Option<Plane> {
+    let normal_b = hit_b.try_normalize(1e-6)?;
+    let in_the_way = normal_b.x.abs() >= IN_THE_WAY_COS;
+    in_the_way.then(|| plane(normal_b, (hit_b.norm() - keep_m) / 2.0, Reason::Obstacle))
 }
 
 fn peer_plane(seen: &Surroundings, motion: &Motion, body: &Body, keep_m: f64) -> Option<Plane> {
