@@ -1,1 +1,4 @@
 //! Bytes <-> contract: MAVLink, AgileX, DroneCAN, beacon. No sockets, no clock.
+
+pub mod beacon;
+pub mod mavlink;
