@@ -132,18 +132,14 @@ impl Node {
 
     fn ages(&self, now: Stamp) -> Ages {
         let odometry = self.estimate.odometry_age(now);
-        let pose = if self.needs_fix { self.estimate.fix_age(now) } else { odometry };
+        // Who ever had a fix goes on needing it: it has left dead reckoning behind.
+        let fix = self.estimate.fix_age(now);
+        let pose = if self.needs_fix || fix.is_some() { fix } else { odometry };
         Ages { scan: self.mailbox.scan_age(now), odometry, pose }
     }
 
     /// What the law wishes, limited; or why there is no wish.
-    fn ask(
-        &mut self,
-        now: Stamp,
-        beat: Beat,
-        seen: &Surroundings,
-        bodies: &[Body],
-    ) -> Result<Twist, &'static str> {
+    fn ask(&mut self, now: Stamp, beat: Beat, seen: &Surroundings, bodies: &[Body]) -> Result<Twist, &'static str> {
         let motion = self.estimate.motion(now);
         let neighbours = self.peers.followable(now);
         let wall_b = nearest_wall(seen, &motion, bodies, self.law.reference_b());

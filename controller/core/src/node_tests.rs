@@ -1,7 +1,7 @@
 use super::*;
-use crate::testing::{Place, SimSwarm, beacon, flock_config, robot_file};
+use crate::testing::{Noise, Place, SimSwarm, beacon, flock_config, robot_file};
 use drover_config::Flock;
-use drover_contract::{Beam, Odometry, Watchdog};
+use drover_contract::{Beam, Odometry, Vec2, Watchdog};
 
 const START: Stamp = Stamp::from_millis(1_000);
 
@@ -229,4 +229,32 @@ fn the_same_inputs_give_the_same_swarm_twice() {
         swarm.nodes.iter().map(|node| node.status().clone()).collect::<Vec<_>>()
     };
     assert_eq!(run(), run());
+}
+
+#[test]
+fn noise_dropout_and_drift_bring_no_contact_and_stop_nobody() {
+    let starts = [(2.0, 0.0), (0.0, 1.0), (0.0, -1.0), (-2.0, 0.9), (-2.0, -0.9)].map(|(x, y)| Pose::new(x, y, 0.0));
+    let mut place = Place::room((-5.0, 26.0), (-4.0, 4.0));
+    place.discs = vec![(Vec2::new(8.0, 2.2), 0.4), (Vec2::new(14.0, -2.0), 0.5)];
+    for range_m in [0.01, 0.03] {
+        let mut swarm = SimSwarm::new(&starts, &way(), place.clone());
+        swarm.noise = Noise { range_m, dropout: 0.02, odometry: 0.05 };
+        swarm.run(60.0);
+        assert!(swarm.gap_robot_m > 0.0 && swarm.gap_wall_m > 0.0);
+        for node in &swarm.nodes {
+            assert!(node.status().reached, "{}: {}", node.id, node.status().verdict);
+        }
+    }
+}
+
+#[test]
+fn a_robot_that_had_a_fix_stops_when_it_is_gone() {
+    let mut node = node(1);
+    let (now, _) = drive(&mut node, START, 20, "nothing");
+    node.handle_event(now, Event::Pose(drover_contract::PoseFix { stamp: now, pose_wb: Pose::default() }));
+    let (now, command) = drive(&mut node, now, 4, "nothing");
+    assert!(!command.is_stop());
+    let (_, command) = drive(&mut node, now, 1, "nothing");
+    assert!(command.is_stop());
+    assert_eq!(node.status().verdict, Verdict::Held(Reason::PoseOld));
 }

@@ -60,9 +60,8 @@ fn beam(scan: &Scan, index: usize) -> Beam {
 
 /// How many unknown beams stand side by side around `index`, counted no further than `BLIND_RUN` each way.
 fn unknown_run(scan: &Scan, index: usize, count: usize) -> usize {
-    let run = |step: usize| {
-        (1..=BLIND_RUN).take_while(|k| beam(scan, (index + k * step) % count) == Beam::Unknown).count()
-    };
+    let run =
+        |step: usize| (1..=BLIND_RUN).take_while(|k| beam(scan, (index + k * step) % count) == Beam::Unknown).count();
     1 + run(1) + run(count - 1)
 }
 

@@ -73,12 +73,7 @@ pub(crate) fn robot_file(id: u32, count: u32, start_wb: Pose, flock: &Flock) -> 
         },
         kind: kind(&limits),
         behaviour: Behaviour::Flock(flock.clone()),
-        beacon: BeaconPlane {
-            group: "239.0.0.1".into(),
-            port: 20_000,
-            interface: "127.0.0.1".into(),
-            rate_hz: 10.0,
-        },
+        beacon: BeaconPlane { group: "239.0.0.1".into(), port: 20_000, interface: "127.0.0.1".into(), rate_hz: 10.0 },
         peers: (1..=count).filter(|peer| *peer != id).map(|id| Peer { id, radius_m: 0.4 }).collect(),
         record_dir: None,
     }
@@ -146,10 +141,6 @@ impl SimBody {
         self.twist_b = crate::limit::limit(command, self.twist_b, &limits(), dt_s);
         self.pose_wb = self.pose_wb.advance(self.twist_b, dt_s);
     }
-
-    pub(crate) fn wheels(&self) -> Odometry {
-        Odometry { stamp: Stamp::ZERO, twist_b: self.twist_b, wheels: None }
-    }
 }
 
 /// Straight walls and round things.
@@ -213,6 +204,29 @@ impl Place {
     }
 }
 
+/// How far sensors are off.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Noise {
+    pub(crate) range_m: f64,
+    pub(crate) dropout: f64,
+    /// Share by which each robot's velocity is wrong, and rad per metre / 10 that its heading drifts to one side.
+    pub(crate) odometry: f64,
+}
+
+impl Noise {
+    fn spoil(&self, scan: &mut Scan, chance: &mut Chance) {
+        for beam in &mut scan.beams {
+            // The sum of four is near enough to a bell; its deviation is 1 / sqrt(3).
+            let bell = (0..4).map(|_| chance.within(-0.5, 0.5)).sum::<f64>() * 3.0_f64.sqrt();
+            *beam = match *beam {
+                _ if chance.unit() < self.dropout => Beam::Unknown,
+                Beam::Hit(range_m) => Beam::Hit((range_m + self.range_m * bell).max(0.0)),
+                other => other,
+            };
+        }
+    }
+}
+
 /// A swarm of nodes in a place: bodies that lag, commands that take `link_ms`, beacons that take `beacon_ms`.
 pub(crate) struct SimSwarm {
     pub(crate) now: Stamp,
@@ -222,6 +236,8 @@ pub(crate) struct SimSwarm {
     pub(crate) link_ms: u64,
     pub(crate) beacon_ms: u64,
     pub(crate) silent: Vec<bool>,
+    pub(crate) noise: Noise,
+    chance: Chance,
     /// Lidars see walls only.
     pub(crate) blind_to_peers: bool,
     /// Smallest gap between two bodies, and between a body and the place, so far.
@@ -245,6 +261,8 @@ impl SimSwarm {
             link_ms: 20,
             beacon_ms: 20,
             silent: vec![false; starts_wb.len()],
+            noise: Noise::default(),
+            chance: Chance(7),
             blind_to_peers: false,
             gap_robot_m: f64::INFINITY,
             gap_wall_m: f64::INFINITY,
@@ -285,13 +303,18 @@ impl SimSwarm {
         let watchdog = Watchdog::Fixed(Duration::from_millis(500));
         node.handle_event(self.now, Event::Drive(DriveState::Ready(watchdog)));
         if (self.now.as_millis() / STEP_MS).is_multiple_of(2) {
-            node.handle_event(self.now, Event::Odometry(Odometry { stamp: self.now, ..body.wheels() }));
+            let scale = 1.0 + self.noise.odometry * self.chance.within(-1.0, 1.0);
+            let turn_radps = body.twist_b.speed_mps * self.noise.odometry * if index % 2 == 0 { 0.1 } else { -0.1 };
+            let twist_b = Twist::new(body.twist_b.speed_mps * scale, body.twist_b.yaw_rate_radps * scale + turn_radps);
+            node.handle_event(self.now, Event::Odometry(Odometry { stamp: self.now, twist_b, wheels: None }));
         }
         if (self.now.as_millis() / STEP_MS + index as u64).is_multiple_of(10) {
             let mut seen = self.place.clone();
             let others = self.bodies.iter().enumerate().filter(|(other, _)| *other != index && !self.blind_to_peers);
             seen.discs.extend(others.map(|(_, other)| (other.pose_wb.position(), other.radius_m)));
-            node.handle_event(self.now, Event::Scan(seen.scan(body.pose_wb, self.now)));
+            let mut scan = seen.scan(body.pose_wb, self.now);
+            self.noise.spoil(&mut scan, &mut self.chance);
+            node.handle_event(self.now, Event::Scan(scan));
         }
     }
 

@@ -20,23 +20,26 @@
 //! section 2, equations 1-6.
 //!
 //! **Errata applied**: (2) and (4) print v_L where the acceleration dv_L/dt belongs. (6b) has no damping unless v_i in
-//! (4) is the velocity of the reference point p_rp, v e + w d e_perp: then the turn decays at k d^2 / I. `ln r^2` in (5)
-//! is the natural logarithm.
+//! (4) is the velocity of the reference point p_rp, v e + w d e_perp: then the turn decays at k d^2 / I. The logarithm
+//! in (5) is the natural one.
 //!
-//! **Departures**: the damping has a gain k (the paper's is 1/s). Leader and neighbours are taken at *their* reference
-//! points, so that at rest all forces vanish together. A wall nearer than S repels with the same potential, L = S,
-//! from its nearest return (the paper leaves this open), and what of the neighbours' pull leads into the wall is turned
-//! along it, the more the nearer: the pull around a corner otherwise ends in a standstill. The velocity that (6) adds to is the one asked for before, but
-//! never farther than `LEAD` from the measured one, or a held robot would wind up. The force is capped at `FORCE_MAX`.
-//! The leader's attraction stays at its greatest value, at sqrt(3) L, instead of fading: a straggler comes back. N_i is
-//! everybody heard. Wall following (section 3) is not here. No new leader is elected, ever.
+//! **Departures**
+//! - The damping has a gain k (the paper's is 1/s), and leader and neighbours are taken at *their* reference points, so
+//!   that at rest all forces vanish together. N_i is everybody heard.
+//! - A wall nearer than S repels with the same potential, L = S, from its nearest return: the paper leaves this open.
+//!   What of the neighbours' pull leads into that wall is turned along it, the more the nearer: the pull around a corner
+//!   otherwise ends in a standstill.
+//! - The leader's attraction stays at its greatest value, at sqrt(3) L, instead of fading: a straggler comes back.
+//! - The velocity that (6) adds to is the one asked for before, but never farther than `LEAD_*` from the measured one,
+//!   or a held robot would wind up. The sum of the potential forces is capped at `FORCE_MAX`.
+//! - Wall following (section 3) is not here: a concave pocket still traps. No new leader is elected, ever.
 //!
 //! **Stability** of the explicit step: k dt / m < 2 and k d^2 dt / I < 2, better below 0.5 because a real drive lags.
 //!
 //! **Cost**: one pass over the neighbours.
 //!
-//! **Cannot solve**: the leader is not heard, or is stopped for good: [`Outcome::Stale`]; the supervisor holds the robot
-//! until the leader is back.
+//! **Cannot solve**: the leader is not heard, or is stopped for good: [`Outcome::Stale`]; the supervisor holds the
+//! robot until the leader is back.
 
 use super::{Outcome, View, leads};
 use crate::estimate::Motion;

@@ -88,9 +88,8 @@ fn a_wall_ahead_slows_down_and_one_out_of_range_does_nothing() {
     let limits = limits();
     let neighbours = [peer(1, Pose::new(0.0, 1.8, 0.0), 0.5)];
     let twist = Twist::new(0.5, 0.0);
-    let ask = |wall_b: Option<Vec2>| {
-        solved(flock(&PARAMS, twist, &View { wall_b, ..view(&neighbours, twist, &limits) }))
-    };
+    let ask =
+        |wall_b: Option<Vec2>| solved(flock(&PARAMS, twist, &View { wall_b, ..view(&neighbours, twist, &limits) }));
     let free = ask(None);
     assert_eq!(ask(Some(Vec2::new(1.31, 0.0))), free);
     assert!(ask(Some(Vec2::new(0.9, 0.0))).speed_mps < free.speed_mps);

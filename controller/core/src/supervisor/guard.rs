@@ -10,9 +10,9 @@
 //!
 //! A disc that turns in place touches nothing new: that is always allowed to a robot that stands.
 
+use super::Reason;
 use super::obstacles::{Obstacles, Plane};
 use super::rollout::{Pace, Start, course};
-use super::Reason;
 use drover_contract::{Limits, Twist, Vec2};
 
 /// Shares of the requested turn and speed that are tried.

@@ -64,9 +64,8 @@ fn stranger_plane(hit_b: Vec2, keep_m: f64) -> Option<Plane> {
 }
 
 fn peer_plane(seen: &Surroundings, motion: &Motion, body: &Body, keep_m: f64) -> Option<Plane> {
-    let hits_b = seen.points_b.iter().filter(|point_b| {
-        on_body(motion.pose_wb.transform(**point_b), body, motion.pos_bound_m)
-    });
+    let hits_b =
+        seen.points_b.iter().filter(|point_b| on_body(motion.pose_wb.transform(**point_b), body, motion.pos_bound_m));
     let nearest_b = hits_b.min_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()));
     let (towards_b, gap_m) = match nearest_b {
         Some(hit_b) => (*hit_b, hit_b.norm() - keep_m),
