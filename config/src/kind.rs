@@ -21,6 +21,20 @@ pub struct Kind {
     pub sim: Sim,
 }
 
+impl Kind {
+    /// How far from its centre a body at its top speed must see an obstacle to stop short of it, metres:
+    /// `v^2 / (2 brake) + v (scan_ms + tick_ms + command_age_ms) + margin_m + radius_m`. Never more than
+    /// `lidar.range_m_max` in a configuration that was read.
+    #[must_use]
+    pub fn stopping_distance_m(&self) -> f64 {
+        let speed_mps = self.motion.speed_mps_max.max(self.motion.reverse_mps_max);
+        let waits = [self.timeouts.scan_ms, self.timeouts.tick_ms, self.timeouts.command_age_ms];
+        let reaction_s = waits.map(f64::from).iter().sum::<f64>() / 1_000.0;
+        let braking_m = speed_mps * speed_mps / (2.0 * self.motion.brake_mps2);
+        braking_m + speed_mps * reaction_s + self.motion.margin_m + self.body.radius_m
+    }
+}
+
 /// The body: a disc around the point between the wheels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Body {

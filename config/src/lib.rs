@@ -4,15 +4,36 @@
 //! column, key, the value found, the allowed range and what to do. What comes out cannot be wrong.
 
 mod behaviour;
+mod check;
+mod geometry;
+mod guard;
+mod include;
 mod kind;
+mod load;
+mod overrides;
+mod path;
 mod plane;
+mod problem;
+mod read;
+mod reader;
+mod report;
 mod robot;
+mod source;
+mod suggest;
 mod swarm;
+mod tree;
 mod world;
+mod write;
+
+#[cfg(test)]
+mod tests;
 
 pub use behaviour::{Behaviour, Flock};
 pub use kind::{AgilexModel, Body, Drive, Kind, Lidar, LidarLink, Motion, Sim, Timeouts};
+pub use load::{Checked, check_file, load_kind, load_robot, load_swarm, load_world};
+pub use overrides::Override;
 pub use plane::{BeaconPlane, Radio};
+pub use problem::{Problem, Problems};
 pub use robot::{Links, Peer, Robot, RobotFile, Start};
 pub use swarm::Swarm;
 pub use world::{Circle, Polygon, World};

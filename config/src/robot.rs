@@ -29,7 +29,7 @@ pub struct Start {
 
 /// How a robot's firmware is reached. Derived from the robot's id unless given.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(untagged)]
 pub enum Links {
     /// One MAVLink link: `udpout:HOST:PORT` (we speak first) or `udpin:HOST:PORT` (the autopilot does).
     Mavlink {

@@ -1,0 +1,118 @@
+//! Robots: each its own id, a kind that there is, a place of its own.
+
+use super::Checker;
+use crate::geometry::distance;
+use crate::path::join;
+use crate::read::robot::{RobotFileParts, RobotParts};
+use crate::read::world::WorldParts;
+use crate::report::Words;
+use crate::suggest::nearest;
+use crate::{Drive, Kind};
+use std::collections::BTreeMap;
+
+/// MAVLink system ids above are ground stations' by custom.
+const MAVLINK_ID_MAX: u32 = 250;
+
+impl Checker<'_> {
+    /// Ids and kinds of `robots`.
+    pub(crate) fn robots(&mut self, robots: &[RobotParts], kinds: &BTreeMap<String, Kind>) {
+        if robots.is_empty() && self.root.get("robot").is_none_or(|list| list.items().is_some_and(<[_]>::is_empty)) {
+            let words = Words::new("no robot", "at least one", "add a [[robot]] with id, kind and start");
+            self.report.push_path(self.root, "robot", words);
+        }
+        let mut ids: BTreeMap<u32, &str> = BTreeMap::new();
+        for robot in robots {
+            if let Some(id) = robot.id
+                && let Some(other) = ids.insert(id, &robot.path)
+            {
+                let words = Words::new(format!("{id}, which {other} has already"), "an id of its own", "change one");
+                self.report.push_path(self.root, &join(&robot.path, "id"), words);
+            }
+            self.kind_is_known(robot, kinds);
+            let kind = robot.kind.as_ref().and_then(|kind| kinds.get(kind));
+            if let (Some(id), Some(kind)) = (robot.id, kind) {
+                self.mavlink_id(&robot.path, id, kind);
+            }
+        }
+    }
+
+    fn kind_is_known(&mut self, robot: &RobotParts, kinds: &BTreeMap<String, Kind>) {
+        let Some(name) = &robot.kind else { return };
+        let named = self.root.get("kinds").and_then(|kinds| kinds.fields());
+        if kinds.contains_key(name) || named.is_some_and(|named| named.contains_key(name)) {
+            return; // a kind that is there but wrong has its own problems
+        }
+        let known: Vec<&str> = named.into_iter().flatten().map(|(name, _)| name.as_str()).collect();
+        let advice = match nearest(name, known.iter().copied()) {
+            Some(near) => format!("did you mean \"{near}\"?"),
+            None => "add it to [kinds]".to_owned(),
+        };
+        let expected = format!("one of the kinds {}", known.join(", "));
+        self.report.push_path(self.root, &join(&robot.path, "kind"), Words::new(format!("{name:?}"), expected, advice));
+    }
+
+    /// A MAVLink robot's id is its system id.
+    pub(crate) fn mavlink_id(&mut self, path: &str, id: u32, kind: &Kind) {
+        if matches!(kind.drive, Drive::Mavlink { .. }) && id > MAVLINK_ID_MAX {
+            let expected = format!("1..={MAVLINK_ID_MAX} for a MAVLink robot");
+            let words = Words::new(id.to_string(), expected, "choose a smaller id: it is the MAVLink system id");
+            self.report.push_path(self.root, &join(path, "id"), words);
+        }
+    }
+
+    /// No body starts in a wall or in another body.
+    pub(crate) fn starts(
+        &mut self,
+        robots: &[RobotParts],
+        kinds: &BTreeMap<String, Kind>,
+        world: Option<&WorldParts>,
+    ) {
+        let mut placed: Vec<(&str, [f64; 2], f64)> = Vec::with_capacity(robots.len());
+        for robot in robots {
+            let kind = robot.kind.as_ref().and_then(|kind| kinds.get(kind));
+            let (Some(start), Some(kind)) = (robot.start, kind) else { continue };
+            let (point, radius_m) = ([start.x_m, start.y_m], kind.body.radius_m);
+            let path = join(&robot.path, "start");
+            if let Some(world) = world {
+                self.clear_of_walls(&path, point, radius_m, world);
+            }
+            let near = placed.iter().find(|(_, other, other_m)| distance(point, *other) < radius_m + other_m);
+            if let Some((other, other_point, other_m)) = near {
+                let found = format!("{:.3} m from {other}", distance(point, *other_point));
+                let expected = format!("at least {:.3} m, both radii together", radius_m + other_m);
+                self.report.push_path(self.root, &path, Words::new(found, expected, "move one of the two"));
+            }
+            placed.push((&robot.path, point, radius_m));
+        }
+    }
+}
+
+impl Checker<'_> {
+    /// The robot of a robot's file has that file's kind.
+    pub(crate) fn own_kind(&mut self, parts: &RobotFileParts) {
+        let (Some(robot), Some(kind)) = (&parts.robot, &parts.kind) else { return };
+        if let Some(id) = robot.id {
+            self.mavlink_id("robot", id, kind);
+        }
+        if let Some(named) = robot.kind.as_ref().filter(|named| **named != kind.name) {
+            let expected = format!("{:?}, the name of [kind]", kind.name);
+            self.report.push_path(self.root, "robot.kind", Words::new(format!("{named:?}"), expected, "make them equal"));
+        }
+    }
+
+    /// The peers of a robot's file: each once, and not the robot itself.
+    pub(crate) fn peers(&mut self, parts: &RobotFileParts) {
+        let own = parts.robot.as_ref().and_then(|robot| robot.id);
+        let mut ids: BTreeMap<u32, String> = own.map(|id| (id, "robot".to_owned())).into_iter().collect();
+        for (index, peer) in &parts.peers {
+            let path = format!("peers[{index}]");
+            if let Some(other) = ids.get(&peer.id) {
+                let found = format!("{}, which {other} has already", peer.id);
+                let words = Words::new(found, "an id of its own", "leave the robot itself and doubles out");
+                self.report.push_path(self.root, &join(&path, "id"), words);
+            } else {
+                ids.insert(peer.id, path);
+            }
+        }
+    }
+}

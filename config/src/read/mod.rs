@@ -1,0 +1,8 @@
+//! From a tree to values: one file for each part of a configuration.
+
+pub(crate) mod behaviour;
+pub(crate) mod kind;
+pub(crate) mod plane;
+pub(crate) mod robot;
+pub(crate) mod swarm;
+pub(crate) mod world;

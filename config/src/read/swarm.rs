@@ -1,0 +1,68 @@
+//! Reads a swarm.
+
+use super::kind::Tightening;
+use super::robot::{MAVLINK_PORT_BASE, ROBOTS_MAX, RobotParts};
+use super::world::WorldParts;
+use super::{behaviour, kind, plane, robot, world};
+use crate::reader::{FOLDER, NAME, Table};
+use crate::{BeaconPlane, Behaviour, Kind, Radio};
+use std::collections::BTreeMap;
+
+/// What could be read of a swarm.
+#[derive(Debug)]
+pub(crate) struct SwarmParts {
+    pub(crate) name: Option<String>,
+    pub(crate) seed: Option<u64>,
+    pub(crate) duration_s: Option<f64>,
+    pub(crate) step_ms: Option<u32>,
+    pub(crate) record_dir: Option<String>,
+    pub(crate) mavlink_port_base: Option<u16>,
+    pub(crate) world: Option<WorldParts>,
+    pub(crate) kinds: BTreeMap<String, Kind>,
+    pub(crate) robots: Vec<RobotParts>,
+    pub(crate) behaviour: Option<Behaviour>,
+    pub(crate) beacon: Option<BeaconPlane>,
+    pub(crate) radio: Option<Radio>,
+    pub(crate) tightening: Tightening,
+}
+
+/// Reads what there is.
+pub(crate) fn swarm(table: &mut Table<'_>) -> Option<SwarmParts> {
+    let name = table.text("name", &NAME, None);
+    // Any fixed seed: the same file does the same twice.
+    let seed = table.integer("seed", 0..=u64::MAX, Some(1));
+    let duration_s = table.number("duration_s", 0.1..=86_400.0, None);
+    // Ten steps a tick at the default tick: the body's motion between ticks is smooth.
+    let step_ms = table.integer_u32("step_ms", 1..=50, Some(5));
+    let record_dir = table.text("record_dir", &FOLDER, Some("recordings"));
+    let mavlink_port_base = table.integer_u16("mavlink_port_base", 1_024..=65_285, MAVLINK_PORT_BASE);
+    let world = table.table("world", world::world);
+    let kinds = table.named_tables("kinds", |name, table| kind::kind(table, Some(name)));
+    let kinds: BTreeMap<String, Kind> = kinds.unwrap_or_default().into_iter().collect();
+    let motion = table.optional_table("motion", kind::tighter_motion).flatten();
+    let timeouts = table.optional_table("timeouts", kind::tighter_timeouts).flatten();
+    let robots = table.tables("robot", ROBOTS_MAX, |table| {
+        robot::robot(table, mavlink_port_base, |kind| kinds.get(kind).map(|kind| kind.drive))
+    });
+    let robots = robots.unwrap_or_default().into_iter().map(|(_, robot)| robot).collect();
+    let behaviour = table.table("behaviour", behaviour::behaviour);
+    let beacon = table.section("beacon", plane::beacon);
+    let radio = table.section("radio", plane::radio);
+    let tightening =
+        Tightening { motion: motion.unwrap_or_default(), timeouts: timeouts.unwrap_or_default() };
+    Some(SwarmParts {
+        name,
+        seed,
+        duration_s,
+        step_ms,
+        record_dir,
+        mavlink_port_base,
+        world,
+        kinds,
+        robots,
+        behaviour,
+        beacon,
+        radio,
+        tightening,
+    })
+}
