@@ -1,4 +1,5 @@
 //! Bytes <-> contract: MAVLink, AgileX, DroneCAN, beacon. No sockets, no clock.
 
 pub mod beacon;
+pub mod can;
 pub mod mavlink;
