@@ -80,3 +80,35 @@ pub struct BusHealth {
     /// The interface is down or gone.
     pub down: bool,
 }
+
+impl<L: Link + ?Sized> Link for Box<L> {
+    fn try_recv(&mut self, buf: &mut [u8]) -> Result<Option<usize>, LinkError> {
+        (**self).try_recv(buf)
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
+        (**self).send(bytes)
+    }
+
+    fn poll_readable(&mut self, cx: &mut Context<'_>) -> Poll<()> {
+        (**self).poll_readable(cx)
+    }
+}
+
+impl<B: CanBus + ?Sized> CanBus for Box<B> {
+    fn try_recv(&mut self) -> Result<Option<CanFrame>, LinkError> {
+        (**self).try_recv()
+    }
+
+    fn send(&mut self, frame: &CanFrame) -> Result<(), LinkError> {
+        (**self).send(frame)
+    }
+
+    fn poll_readable(&mut self, cx: &mut Context<'_>) -> Poll<()> {
+        (**self).poll_readable(cx)
+    }
+
+    fn health(&self) -> BusHealth {
+        (**self).health()
+    }
+}
