@@ -3,6 +3,10 @@
 //! Every firmware speaks bytes or CAN frames only, through the same codec as the robot; it sees its body as
 //! [`BodyState`] and asks it to move by the twist that its `demand()` returns.
 
+mod rover;
+
+pub use rover::{RoverParams, VirtualRover};
+
 use drover_contract::{Pose, Twist, WheelTravel};
 
 /// A body, as its own sensors could know it: what firmware may look at.
@@ -10,9 +14,9 @@ use drover_contract::{Pose, Twist, WheelTravel};
 pub struct BodyState {
     /// The body in the world.
     pub pose_wb: Pose,
-    /// Its velocity in its own frame.
+    /// Its true velocity in its own frame, slip included.
     pub twist_b: Twist,
-    /// How far the wheels have rolled since the start, slip included.
+    /// How far the wheels have rolled since the start, as encoders count it: slip shows in `pose_wb`, not here.
     pub wheels: WheelTravel,
     /// Whether it touches a wall or another body.
     pub in_contact: bool,
