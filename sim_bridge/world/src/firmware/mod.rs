@@ -7,6 +7,12 @@ mod rover;
 
 pub use rover::{RoverParams, VirtualRover};
 
+mod agilex;
+mod lidar_node;
+
+pub use agilex::{AgilexSimParams, VirtualAgilex};
+pub use lidar_node::{DronecanSimParams, NodeHealth, VirtualDronecanLidar};
+
 use drover_contract::{Pose, Twist, WheelTravel};
 
 /// A body, as its own sensors could know it: what firmware may look at.

@@ -1,0 +1,131 @@
+use super::*;
+use crate::geometry::Walls;
+use drover_config::{Circle, Polygon, World};
+use proptest::prelude::*;
+
+fn params(beams: u32) -> LidarParams {
+    LidarParams { beams, range_m_min: 0.1, range_m_max: 10.0, range_noise_m: 0.0, beam_dropout: 0.0 }
+}
+
+fn room(circles: Vec<Circle>, boxes: Vec<Polygon>) -> Walls {
+    let outer = Polygon { enclosure: true, points_m: vec![[-8.0, -6.0], [8.0, -6.0], [8.0, 6.0], [-8.0, 6.0]] };
+    let polygons = std::iter::once(outer).chain(boxes).collect();
+    Walls::new(&World { name: "room".into(), polygons, circles })
+}
+
+fn scan(lidar: &mut Lidar, walls: &Walls, pose_wb: Pose) -> Scan {
+    lidar.scan(Stamp::ZERO, pose_wb, walls.segments(), walls.discs().iter())
+}
+
+fn range_m(beam: Beam) -> Option<f64> {
+    match beam {
+        Beam::Hit(range_m) => Some(range_m),
+        Beam::Clear | Beam::Unknown => None,
+    }
+}
+
+#[test]
+fn beams_go_counter_clockwise_from_straight_ahead() {
+    let mut lidar = Lidar::new(params(4), 1, 1);
+    let seen = scan(&mut lidar, &room(vec![], vec![]), Pose::new(1.0, 2.0, 0.0));
+    let ranges: Vec<f64> = seen.beams.iter().filter_map(|beam| range_m(*beam)).collect();
+    let expected = [7.0, 4.0, 9.0, 8.0];
+    assert!(ranges.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{ranges:?}");
+    let seen = scan(&mut lidar, &room(vec![], vec![]), Pose::new(1.0, 2.0, std::f64::consts::FRAC_PI_2));
+    assert!((range_m(seen.beams[0]).unwrap() - 4.0).abs() < 1e-9, "it turns with the body");
+}
+
+#[test]
+fn too_near_is_unknown_and_too_far_is_clear() {
+    let mut lidar = Lidar::new(LidarParams { range_m_min: 5.0, range_m_max: 7.5, ..params(4) }, 1, 1);
+    let seen = scan(&mut lidar, &room(vec![], vec![]), Pose::new(1.0, 2.0, 0.0));
+    assert!(matches!(seen.beams[..], [Beam::Hit(_), Beam::Unknown, Beam::Clear, Beam::Clear]), "{seen:?}");
+}
+
+#[test]
+fn another_body_hides_the_wall_behind_it() {
+    let walls = room(vec![], vec![]);
+    let other = Disc { centre_w: Vec2::new(3.0, 0.0), radius_m: 0.5 };
+    let mut lidar = Lidar::new(params(360), 1, 1);
+    let seen = lidar.scan(Stamp::ZERO, Pose::default(), walls.segments(), [other].iter());
+    assert!((range_m(seen.beams[0]).unwrap() - 2.5).abs() < 1e-9);
+    let hidden = seen.beams.iter().filter(|beam| range_m(**beam).is_some_and(|range| range < 3.1)).count();
+    assert_eq!(hidden, 19, "asin(0.5 / 3) = 9.6 degrees to each side");
+}
+
+#[test]
+fn dropout_and_noise_are_as_wide_as_asked() {
+    let noisy = LidarParams { range_noise_m: 0.02, beam_dropout: 0.1, ..params(3600) };
+    let walls = room(vec![], vec![]);
+    let exact = scan(&mut Lidar::new(params(3600), 1, 1), &walls, Pose::default());
+    let seen = scan(&mut Lidar::new(noisy, 1, 1), &walls, Pose::default());
+    assert!((seen.unknown_share() - 0.1).abs() < 0.02, "{}", seen.unknown_share());
+    let pairs = exact.beams.iter().zip(&seen.beams).filter_map(|(a, b)| Some(range_m(*a)? - range_m(*b)?));
+    let squares: Vec<f64> = pairs.map(|error| error * error).collect();
+    let deviation = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    assert!((deviation - 0.02).abs() < 0.002, "{deviation}");
+}
+
+#[test]
+fn a_robots_noise_depends_on_its_seed_and_id_only() {
+    let noisy = LidarParams { range_noise_m: 0.02, beam_dropout: 0.1, ..params(72) };
+    let walls = room(vec![], vec![]);
+    let of = |seed, key| scan(&mut Lidar::new(noisy, seed, key), &walls, Pose::default());
+    assert_eq!(of(1, 1), of(1, 1));
+    assert_ne!(of(1, 1), of(1, 2));
+    assert_ne!(of(1, 1), of(2, 1));
+}
+
+/// A convex obstacle around a centre, by its corners' angles.
+fn convex() -> impl Strategy<Value = Polygon> {
+    let shape = (-7.0..7.0f64, -5.0..5.0f64, 0.1..1.5f64, prop::collection::vec(0.0..TAU, 3..8));
+    shape.prop_map(|(x, y, radius_m, mut angles)| {
+        angles.sort_by(f64::total_cmp);
+        let points_m = angles.iter().map(|angle| [x + radius_m * angle.cos(), y + radius_m * angle.sin()]).collect();
+        Polygon { enclosure: false, points_m }
+    })
+}
+
+fn round() -> impl Strategy<Value = Circle> {
+    (-7.0..7.0f64, -5.0..5.0f64, 0.05..1.0f64).prop_map(|(x, y, radius_m)| Circle { centre_m: [x, y], radius_m })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn a_scan_of_a_random_world_equals_parrys_rays(
+        boxes in prop::collection::vec(convex(), 0..8),
+        circles in prop::collection::vec(round(), 0..8),
+        (x, y, yaw) in (-7.0..7.0f64, -5.0..5.0f64, -3.1..3.1f64),
+        beams in 8..720u32,
+    ) {
+        let walls = room(circles, boxes);
+        let pose_wb = Pose::new(x, y, yaw);
+        prop_assume!(!walls.is_solid(pose_wb.position()) && walls.distance_m(pose_wb.position()).unwrap() > 0.02);
+        let mut lidar = Lidar::new(LidarParams { range_m_min: 0.0, range_m_max: 30.0, ..params(beams) }, 1, 1);
+        let seen = scan(&mut lidar, &walls, pose_wb);
+        let differ = |nudge_rad: f64| {
+            let ray = |index: usize| {
+                let direction_w = pose_wb.rotate(Vec2::new(1.0, 0.0));
+                let (sin, cos) = (seen.angle_rad(index) + nudge_rad).sin_cos();
+                let turned = Vec2::new(
+                    cos * direction_w.x - sin * direction_w.y,
+                    sin * direction_w.x + cos * direction_w.y,
+                );
+                walls.ray_m(pose_wb.position(), turned, 30.0)
+            };
+            let off = |index: &usize| {
+                let (ours, parrys) = (range_m(seen.beams[*index]), ray(*index));
+                !matches!((ours, parrys), (Some(a), Some(b)) if (a - b).abs() < 1e-3)
+            };
+            (0..seen.beams.len()).filter(off).collect::<Vec<_>>()
+        };
+        // A beam that grazes an edge may see either side of it: it then agrees with a ray turned by a hair.
+        let (left, right) = (differ(1e-6), differ(-1e-6));
+        let plain = differ(0.0);
+        let wrong = plain.iter().filter(|index| left.contains(index) && right.contains(index)).count();
+        prop_assert_eq!(wrong, 0);
+        prop_assert!(plain.len() <= 1, "{} grazing beams of {}", plain.len(), seen.beams.len());
+    }
+}
