@@ -76,6 +76,8 @@ enum Ask {
     Enable,
     /// Clear latched errors.
     ClearErrors,
+    /// Both: in standby only a mode command is obeyed, so the clearing must come after it.
+    EnableAndClear,
 }
 
 /// One chassis, seen from its robot. Sans-IO: frames in, frames and events out, time as an argument.
@@ -197,8 +199,10 @@ impl AgilexHost {
         let motion = self.motion.map(|seen| (seen + stale, "agilex motion feedback"));
         let v1 = self.v1.map(|seen| (seen + stale, "agilex protocol v1"));
         let retry = match (self.ask, self.asked) {
-            (Ask::Enable | Ask::ClearErrors, Some(asked)) => Some((asked + RETRY, "agilex retry")),
-            (Ask::Enable | Ask::ClearErrors, None) | (Ask::Nothing, _) => None,
+            (Ask::Enable | Ask::ClearErrors | Ask::EnableAndClear, Some(asked)) => {
+                Some((asked + RETRY, "agilex retry"))
+            }
+            (Ask::Enable | Ask::ClearErrors | Ask::EnableAndClear, None) | (Ask::Nothing, _) => None,
         };
         [link, motion, v1, retry].into_iter().flatten().min()
     }
@@ -340,10 +344,10 @@ impl AgilexHost {
         match self.ask {
             Ask::Nothing => {}
             Ask::Enable => self.send_enable(now),
-            Ask::ClearErrors => {
-                self.asked = Some(now);
-                self.counters.clears += 1;
-                self.outputs.push(HostFrame::ClearErrors(CLEAR_ALL).emit());
+            Ask::ClearErrors => self.send_clear(now),
+            Ask::EnableAndClear => {
+                self.send_enable(now);
+                self.send_clear(now);
             }
         }
     }
@@ -352,6 +356,12 @@ impl AgilexHost {
         self.asked = Some(now);
         self.counters.enables += 1;
         self.outputs.push(HostFrame::ControlMode(MODE_CAN).emit());
+    }
+
+    fn send_clear(&mut self, now: Stamp) {
+        self.asked = Some(now);
+        self.counters.clears += 1;
+        self.outputs.push(HostFrame::ClearErrors(CLEAR_ALL).emit());
     }
 
     fn drop_motions(&mut self) {
@@ -366,7 +376,8 @@ fn verdict(model: Model, state: SystemState, mode: Mode) -> (DriveState, Ask) {
         (Vehicle::EmergencyStop, _) => refused("emergency stop pressed: release the button".into(), Ask::Nothing),
         (Vehicle::Exception, _) => {
             let errors = error_text(model, state.errors);
-            refused(format!("exception: {errors}; clearing it again and again"), Ask::ClearErrors)
+            let ask = if mode == Mode::Can { Ask::ClearErrors } else { Ask::EnableAndClear };
+            refused(format!("exception: {errors}; clearing it again and again"), ask)
         }
         (Vehicle::Other(other), _) => refused(format!("unlisted vehicle state {other}"), Ask::Nothing),
         (Vehicle::Normal, Mode::Can) => (DriveState::Ready(Watchdog::Fixed(WATCHDOG)), Ask::Nothing),
