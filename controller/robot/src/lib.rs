@@ -1,1 +1,22 @@
-//! The run loop of one robot: mailboxes, tick, codecs, links, shutdown.
+//! The run loop of one robot: the same loop in the field, against the simulator, and in virtual time.
+//!
+//! [`RobotLoop`] is sans-time: somebody calls [`RobotLoop::turn`] and says what time it is. [`drive`] is the shell that
+//! calls it in real time, watches it from another thread ([`Guard`]) and stops the robot when it panics or hangs.
+//! [`assemble`] puts a loop together from a robot's file and its [`Hardware`].
+
+mod adapter;
+mod assemble;
+mod guard;
+mod params;
+mod report;
+mod robot_loop;
+mod shell;
+
+pub use adapter::{Adapter, LinkCounters};
+pub use assemble::{Assembled, Assembly, Hardware, assemble};
+pub use drover_core::StopReason;
+pub use guard::{Guard, Heart, StopAction};
+pub use params::epoch_from_unix;
+pub use report::{Line, Report, View};
+pub use robot_loop::{LoopParts, RobotLoop};
+pub use shell::{Shutdown, drive};

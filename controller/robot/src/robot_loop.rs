@@ -1,0 +1,303 @@
+//! One robot from mailbox to wheel, without a clock of its own and without waiting.
+//!
+//! A turn is: read all links -> codecs -> node's mailboxes -> (if a tick is due or a fresh scan came) tick -> codec ->
+//! links. Nothing in it blocks and nothing is kept for later, so a turn is also the unit in which a hang is noticed.
+
+use crate::adapter::{Adapter, LinkCounters};
+use drover_codec::beacon::{self, Message};
+use drover_config::RobotFile;
+use drover_contract::{Clock, DriveState, Event, Link, SafeCommand, Severity, Stamp};
+use drover_core::{Node, Status, StopReason};
+use std::task::{Context, Poll};
+use std::time::Duration;
+
+/// A fresh scan is acted on at once, but not more often than this.
+const TICK_SPACING_MIN: Duration = Duration::from_millis(5);
+/// A robot told to end is given this long to be seen standing.
+const STANDSTILL_PATIENCE: Duration = Duration::from_secs(6);
+/// Standing still for this long counts as stopped.
+const STANDSTILL_HOLD: Duration = Duration::from_millis(300);
+/// Slower than this is standing: m/s and rad/s. Above the noise of wheel odometry at rest.
+const STANDSTILL_SPEED: f64 = 0.02;
+/// After the drive was let go of, replies are still read for this long.
+const CLOSING: Duration = Duration::from_millis(200);
+/// Beacons read in one turn at most.
+const BEACONS_PER_TURN: usize = 1024;
+
+/// What a loop is made of.
+pub struct LoopParts {
+    /// Who it drives and how.
+    pub file: RobotFile,
+    /// The hardware.
+    pub adapter: Adapter,
+    /// The beacon plane.
+    pub beacons: Box<dyn Link>,
+    /// Which life of this robot: greater after every restart.
+    pub epoch: u32,
+}
+
+/// How far the loop is on its way to the end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    Running,
+    /// Told to end: standing still is awaited.
+    Stopping {
+        since: Stamp,
+        still_since: Option<Stamp>,
+    },
+    /// The drive was let go of.
+    Closing {
+        since: Stamp,
+    },
+    Ended,
+}
+
+/// The run loop of one robot.
+pub struct RobotLoop {
+    file: RobotFile,
+    node: Node,
+    adapter: Adapter,
+    beacons: Box<dyn Link>,
+    swarm: u32,
+    beacon_seq: u8,
+    phase: Phase,
+    last_tick: Option<Stamp>,
+    fresh_scan: bool,
+    seen_stopped: bool,
+    drive_seen_ready: bool,
+    reached_before_end: bool,
+    aged_commands: u64,
+    beacons_refused: u64,
+    links: LinkCounters,
+    texts: Vec<(Severity, String)>,
+}
+
+impl RobotLoop {
+    /// A loop that has not turned yet.
+    #[must_use]
+    pub fn new(parts: LoopParts, now: Stamp) -> Self {
+        Self {
+            node: Node::new(&parts.file, parts.epoch, now),
+            swarm: beacon::swarm_hash(&parts.file.swarm),
+            file: parts.file,
+            adapter: parts.adapter,
+            beacons: parts.beacons,
+            beacon_seq: 0,
+            phase: Phase::Running,
+            last_tick: None,
+            fresh_scan: false,
+            seen_stopped: false,
+            drive_seen_ready: false,
+            reached_before_end: false,
+            aged_commands: 0,
+            beacons_refused: 0,
+            links: LinkCounters::default(),
+            texts: Vec::new(),
+        }
+    }
+
+    /// One turn: read, decide, write. Never blocks.
+    pub fn turn(&mut self, clock: &dyn Clock) {
+        let now = clock.now();
+        self.receive(now);
+        self.adapter.handle_timeout(now);
+        self.digest(now);
+        if self.tick_due(now) {
+            self.tick(now, clock);
+        }
+        self.tell_peers(now);
+        self.adapter.flush(&mut self.links);
+        self.advance_phase(now);
+    }
+
+    /// When the next turn is due if nothing arrives before, and why.
+    #[must_use]
+    pub fn poll_timeout(&self) -> (Stamp, &'static str) {
+        let node = self.node.poll_timeout();
+        self.adapter.poll_timeout().map_or(node, |codec| codec.min(node))
+    }
+
+    /// Ready when a link may have something to read.
+    pub fn poll_readable(&mut self, cx: &mut Context<'_>) -> Poll<()> {
+        let adapter = self.adapter.poll_readable(cx).is_ready();
+        let beacons = self.beacons.poll_readable(cx).is_ready();
+        if adapter || beacons { Poll::Ready(()) } else { Poll::Pending }
+    }
+
+    /// Stop the robot for good and end: [`RobotLoop::ended`] turns true once it was seen standing, or after a patience.
+    pub fn begin_end(&mut self, now: Stamp, reason: StopReason) {
+        if self.phase == Phase::Running {
+            self.reached_before_end = self.node.status().reached;
+            self.node.handle_stop(now, reason);
+            self.phase = Phase::Stopping { since: now, still_since: None };
+        }
+    }
+
+    /// Whether there is nothing left to do.
+    #[must_use]
+    pub fn ended(&self) -> bool {
+        self.phase == Phase::Ended
+    }
+
+    /// Whether the robot was seen to stand still after it was told to end.
+    #[must_use]
+    pub const fn seen_stopped(&self) -> bool {
+        self.seen_stopped
+    }
+
+    /// Whether the task was done when the loop was told to end.
+    #[must_use]
+    pub const fn reached_before_end(&self) -> bool {
+        self.reached_before_end
+    }
+
+    /// What the node makes of it all.
+    #[must_use]
+    pub fn status(&self) -> &Status {
+        self.node.status()
+    }
+
+    /// Whom this loop drives.
+    #[must_use]
+    pub const fn file(&self) -> &RobotFile {
+        &self.file
+    }
+
+    /// What the links have been through.
+    #[must_use]
+    pub const fn links(&self) -> &LinkCounters {
+        &self.links
+    }
+
+    /// Commands that left later after their tick than `command_age_ms` allows, and were therefore not sent.
+    #[must_use]
+    pub const fn aged_commands(&self) -> u64 {
+        self.aged_commands
+    }
+
+    /// Messages on the beacon plane that were not valid.
+    #[must_use]
+    pub const fn beacons_refused(&self) -> u64 {
+        self.beacons_refused
+    }
+
+    /// What the firmware said since the last call.
+    pub fn take_texts(&mut self) -> Vec<(Severity, String)> {
+        std::mem::take(&mut self.texts)
+    }
+
+    fn receive(&mut self, now: Stamp) {
+        self.adapter.receive(now, &mut self.links);
+        let mut buf = [0; 512];
+        for _ in 0..BEACONS_PER_TURN {
+            match self.beacons.try_recv(&mut buf) {
+                Ok(Some(len)) => self.hear(now, &buf[..len]),
+                Ok(None) | Err(_) => break,
+            }
+        }
+    }
+
+    fn hear(&mut self, now: Stamp, bytes: &[u8]) {
+        match beacon::decode(bytes) {
+            Ok(Message::Beacon { swarm, beacon }) if swarm == self.swarm => self.node.handle_beacon(now, &beacon),
+            Ok(Message::Stop { swarm, robot }) if swarm == self.swarm => {
+                if robot.is_none_or(|id| id.0 == self.file.robot.id) {
+                    self.node.handle_stop(now, StopReason::Operator);
+                }
+            }
+            Ok(Message::Beacon { .. } | Message::Stop { .. }) => {}
+            Err(_) => self.beacons_refused += 1,
+        }
+    }
+
+    fn digest(&mut self, now: Stamp) {
+        while let Some(event) = self.adapter.poll_event() {
+            match &event {
+                Event::Scan(_) => self.fresh_scan = true,
+                Event::Text(severity, text) => self.note(*severity, text.clone()),
+                Event::Drive(DriveState::Ready(watchdog)) => {
+                    self.drive_seen_ready = true;
+                    self.note(Severity::Info, format!("the drive obeys; {watchdog}"));
+                }
+                Event::Drive(state) => self.note(Severity::Info, format!("drive: {state}")),
+                Event::Odometry(_) | Event::Pose(_) | Event::Battery(_) => {}
+            }
+            self.node.handle_event(now, event);
+        }
+    }
+
+    fn note(&mut self, severity: Severity, text: String) {
+        const TEXTS_MAX: usize = 64;
+        let id = self.file.robot.id;
+        match severity {
+            Severity::Info => tracing::info!(robot = id, "{text}"),
+            Severity::Warning => tracing::warn!(robot = id, "{text}"),
+            Severity::Error => tracing::error!(robot = id, "{text}"),
+        }
+        if self.texts.len() == TEXTS_MAX {
+            self.texts.remove(0);
+        }
+        self.texts.push((severity, text));
+    }
+
+    fn tick_due(&self, now: Stamp) -> bool {
+        let spaced = self.last_tick.is_none_or(|last| now.since(last) >= TICK_SPACING_MIN);
+        self.node.tick_due(now) || (self.fresh_scan && spaced)
+    }
+
+    fn tick(&mut self, now: Stamp, clock: &dyn Clock) {
+        self.fresh_scan = false;
+        self.last_tick = Some(now);
+        let command = self.node.tick(now);
+        let age_max = Duration::from_millis(u64::from(self.file.kind.timeouts.command_age_ms));
+        if clock.now().since(now) > age_max {
+            // The computer was held up between deciding and sending: the world has moved on (invariant 3).
+            self.aged_commands += 1;
+            self.adapter.command(now, SafeCommand::STOP);
+        } else if !matches!(self.phase, Phase::Closing { .. } | Phase::Ended) {
+            self.adapter.command(now, command);
+        }
+    }
+
+    fn tell_peers(&mut self, now: Stamp) {
+        let Some(beacon) = self.node.poll_beacon(now) else { return };
+        let bytes = beacon::encode_beacon(self.swarm, &beacon, self.beacon_seq);
+        self.beacon_seq = self.beacon_seq.wrapping_add(1);
+        // A beacon that cannot be sent is replaced by the next one; peers notice the silence by themselves.
+        if self.beacons.send(&bytes).is_err() {
+            self.links.errors += 1;
+        }
+    }
+
+    fn advance_phase(&mut self, now: Stamp) {
+        self.phase = match self.phase {
+            Phase::Running => Phase::Running,
+            Phase::Stopping { since, still_since } => self.await_standstill(now, since, still_since),
+            Phase::Closing { since } if now.since(since) >= CLOSING => Phase::Ended,
+            Phase::Closing { since } => Phase::Closing { since },
+            Phase::Ended => Phase::Ended,
+        };
+    }
+
+    fn await_standstill(&mut self, now: Stamp, since: Stamp, still_since: Option<Stamp>) -> Phase {
+        let still_since = if self.stands(now) { still_since.or(Some(now)) } else { None };
+        let seen = still_since.is_some_and(|still| now.since(still) >= STANDSTILL_HOLD);
+        if !seen && self.drive_seen_ready && now.since(since) < STANDSTILL_PATIENCE {
+            return Phase::Stopping { since, still_since };
+        }
+        // A drive that never obeyed has nothing to be seen; its robot has not been moved by us.
+        self.seen_stopped = seen || !self.drive_seen_ready;
+        self.adapter.shutdown(now);
+        self.adapter.flush(&mut self.links);
+        Phase::Closing { since: now }
+    }
+
+    /// Fresh odometry says that nothing moves.
+    fn stands(&self, now: Stamp) -> bool {
+        let age_max = Duration::from_millis(u64::from(self.file.kind.timeouts.odometry_ms));
+        let status = self.node.status();
+        let fresh = status.odometry_age.is_some_and(|age| age + now.since(status.stamp) <= age_max);
+        let twist_b = status.twist_b;
+        fresh && twist_b.speed_mps.abs() < STANDSTILL_SPEED && twist_b.yaw_rate_radps.abs() < STANDSTILL_SPEED
+    }
+}
