@@ -1,17 +1,16 @@
 //! Virtual firmware: what stands on the far side of a robot's links, each with its device's own habits.
 //!
-//! Every firmware speaks bytes or CAN frames only, through the same codec as the robot; it sees its body as
-//! [`BodyState`] and asks it to move by the twist that its `demand()` returns.
-
-mod rover;
-
-pub use rover::{RoverParams, VirtualRover};
+//! Every firmware speaks bytes or CAN frames only (the rover through the robot's codec, the CAN devices by writing
+//! their own, so that each proves the other); it sees its body as [`BodyState`] and asks it to move by the twist that
+//! its `demand()` returns.
 
 mod agilex;
 mod lidar_node;
+mod rover;
 
 pub use agilex::{AgilexSimParams, VirtualAgilex};
 pub use lidar_node::{DronecanSimParams, NodeHealth, VirtualDronecanLidar};
+pub use rover::{RoverParams, VirtualRover};
 
 use drover_contract::{Pose, Twist, WheelTravel};
 
