@@ -30,7 +30,7 @@ mod tests;
 
 pub use behaviour::{Behaviour, Flock};
 pub use kind::{AgilexModel, Body, Drive, Kind, Lidar, LidarLink, Motion, Sim, Timeouts};
-pub use load::{Checked, check_file, load_kind, load_robot, load_swarm, load_world};
+pub use load::{Checked, check_file, check_file_with, load_kind, load_robot, load_swarm, load_world};
 pub use overrides::Override;
 pub use plane::{BeaconPlane, Radio};
 pub use problem::{Problem, Problems};

@@ -5,6 +5,7 @@ use crate::include;
 use crate::overrides::Override;
 use crate::path::join;
 use crate::problem::Problems;
+use crate::read::kind::KindParts;
 use crate::read::robot::{self, RobotFileParts};
 use crate::read::swarm::{self, SwarmParts};
 use crate::read::{kind, world};
@@ -12,6 +13,7 @@ use crate::reader::read_table;
 use crate::report::{Report, Words};
 use crate::tree::{Node, Value};
 use crate::{Behaviour, Kind, RobotFile, Swarm, World};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Reads a swarm, its kinds and its world; `overrides` count before anything is checked.
@@ -40,7 +42,7 @@ pub fn load_robot(path: &Path, overrides: &[Override]) -> Result<RobotFile, Prob
 /// [`Problems`]: everything that is wrong, at once.
 pub fn load_kind(path: &Path) -> Result<Kind, Problems> {
     let mut report = Report::default();
-    let kind = include::read_root(&mut report, path).and_then(|root| read_kind(&mut report, &root));
+    let kind = read_kind(&mut report, path, &[]);
     report.finish(kind)
 }
 
@@ -50,7 +52,7 @@ pub fn load_kind(path: &Path) -> Result<Kind, Problems> {
 /// [`Problems`]: everything that is wrong, at once.
 pub fn load_world(path: &Path) -> Result<World, Problems> {
     let mut report = Report::default();
-    let world = include::read_root(&mut report, path).and_then(|root| read_world(&mut report, &root));
+    let world = read_world(&mut report, path, &[]);
     report.finish(world)
 }
 
@@ -67,26 +69,49 @@ pub enum Checked {
     World(Box<World>),
 }
 
+impl Checked {
+    /// What sort of file it is, in words for the user.
+    #[must_use]
+    pub const fn kind_name(&self) -> &'static str {
+        match self {
+            Self::Swarm(_) => "swarm",
+            Self::Robot(_) => "robot file",
+            Self::Kind(_) => "robot kind",
+            Self::World(_) => "world",
+        }
+    }
+}
+
 /// Reads any configuration file: its tables say which sort it is.
 ///
 /// # Errors
 /// [`Problems`]: everything that is wrong, at once; also if it is no configuration at all.
 pub fn check_file(path: &Path) -> Result<Checked, Problems> {
+    check_file_with(path, &[])
+}
+
+/// The same with overrides.
+///
+/// # Errors
+/// [`Problems`]: everything that is wrong, at once; also if it is no configuration at all.
+pub fn check_file_with(path: &Path, overrides: &[Override]) -> Result<Checked, Problems> {
     let mut report = Report::default();
     let Some(root) = include::read_root(&mut report, path) else { return report.finish(None) };
-    match Sort::of(&root) {
-        Some(Sort::Swarm) => load_swarm(path, &[]).map(|swarm| Checked::Swarm(Box::new(swarm))),
-        Some(Sort::Robot) => load_robot(path, &[]).map(|file| Checked::Robot(Box::new(file))),
-        Some(Sort::Kind) => load_kind(path).map(|kind| Checked::Kind(Box::new(kind))),
-        Some(Sort::World) => load_world(path).map(|world| Checked::World(Box::new(world))),
-        None => {
-            let expected = "the tables of a swarm ([[robot]], [kinds]), a robot's file ([robot], [kind]), a robot kind \
-                            ([drive], [lidar]) or a world ([[polygons]], [[circles]])";
-            let words = Words::new("none of Drover's tables", expected, "compare it with the files in config/");
-            report.push(root.at, "", words);
-            report.finish(None)
-        }
-    }
+    let Some(sort) = Sort::of(&root) else {
+        let expected = "the tables of a swarm ([[robot]], [kinds]), a robot's file ([robot], [kind]), a robot kind \
+                        ([drive], [lidar]) or a world ([[polygons]], [[circles]])";
+        let advice = "compare it with the files in config/";
+        report.push(root.at, "", Words::new("none of Drover's tables", expected, advice));
+        return report.finish(None);
+    };
+    let mut report = Report::default();
+    let checked = match sort {
+        Sort::Swarm => read_swarm(&mut report, path, overrides).map(|swarm| Checked::Swarm(Box::new(swarm))),
+        Sort::Robot => read_robot_file(&mut report, path, overrides).map(|file| Checked::Robot(Box::new(file))),
+        Sort::Kind => read_kind(&mut report, path, overrides).map(|kind| Checked::Kind(Box::new(kind))),
+        Sort::World => read_world(&mut report, path, overrides).map(|world| Checked::World(Box::new(world))),
+    };
+    report.finish(checked)
 }
 
 /// The sorts of configuration files.
@@ -116,31 +141,45 @@ impl Sort {
     }
 }
 
-fn read_kind(report: &mut Report, root: &Node) -> Option<Kind> {
-    let kind = read_table(report, root, ("", ""), |table| kind::kind(table, None))?;
-    Checker { report, root }.kind("", &kind);
+/// The tree of the file at `path`: changed by `overrides`, with the files that it names in their places.
+fn read_tree(report: &mut Report, path: &Path, overrides: &[Override], expand: Expand) -> Option<Node> {
+    let mut root = include::read_root(report, path)?;
+    let (before, after): (Vec<_>, Vec<_>) = overrides.iter().partition(|change| change.names_file());
+    before.iter().for_each(|change| change.apply(report, &mut root));
+    expand(report, &mut root);
+    after.iter().for_each(|change| change.apply(report, &mut root));
+    Some(root)
+}
+
+type Expand = fn(&mut Report, &mut Node);
+
+/// Kinds and worlds name no files.
+fn expand_nothing(_report: &mut Report, _root: &mut Node) {}
+
+fn read_kind(report: &mut Report, path: &Path, overrides: &[Override]) -> Option<Kind> {
+    let root = read_tree(report, path, overrides, expand_nothing)?;
+    let kind = read_table(report, &root, ("", ""), |table| kind::kind(table, None))?.kind()?;
+    Checker { report, root: &root }.kind("", &kind);
     Some(kind)
 }
 
-fn read_world(report: &mut Report, root: &Node) -> Option<World> {
-    let parts = read_table(report, root, ("", ""), world::world)?;
-    Checker { report, root }.world("", &parts);
+fn read_world(report: &mut Report, path: &Path, overrides: &[Override]) -> Option<World> {
+    let root = read_tree(report, path, overrides, expand_nothing)?;
+    let parts = read_table(report, &root, ("", ""), world::world)?;
+    Checker { report, root: &root }.world("", &parts);
     parts.world()
 }
 
 fn read_swarm(report: &mut Report, path: &Path, overrides: &[Override]) -> Option<Swarm> {
-    let mut root = include::read_root(report, path)?;
-    let (first, then): (Vec<_>, Vec<_>) = overrides.iter().partition(|change| change.names_file());
-    first.iter().for_each(|change| change.apply(report, &mut root));
-    include::expand_swarm(report, &mut root);
-    then.iter().for_each(|change| change.apply(report, &mut root));
-    let mut parts = read_table(report, &root, ("", ""), swarm::swarm)?;
-    check_swarm(&mut Checker { report, root: &root }, &mut parts);
-    if report.is_clean() { resolved(parts) } else { None }
+    let root = read_tree(report, path, overrides, include::expand_swarm)?;
+    let parts = read_table(report, &root, ("", ""), swarm::swarm)?;
+    let kinds = parts.tightened_kinds();
+    check_swarm(&mut Checker { report, root: &root }, &parts, &kinds);
+    if report.is_clean() { resolved(parts, kinds) } else { None }
 }
 
-fn check_swarm(checker: &mut Checker<'_>, parts: &mut SwarmParts) {
-    for key in parts.tightening.idle_keys(parts.kinds.values()) {
+fn check_swarm(checker: &mut Checker<'_>, parts: &SwarmParts, kinds: &BTreeMap<String, Kind>) {
+    for key in parts.idle_keys() {
         let words = Words::new(
             "a value looser than every kind's own",
             "a value that tightens at least one kind",
@@ -148,8 +187,7 @@ fn check_swarm(checker: &mut Checker<'_>, parts: &mut SwarmParts) {
         );
         checker.report.push_path(checker.root, &key, words);
     }
-    for (name, kind) in &mut parts.kinds {
-        parts.tightening.apply(kind);
+    for (name, kind) in kinds {
         let prefix = join("kinds", name);
         checker.kind(&prefix, kind);
         if let Some(beacon) = &parts.beacon {
@@ -162,23 +200,23 @@ fn check_swarm(checker: &mut Checker<'_>, parts: &mut SwarmParts) {
     checker.robots(&parts.robots, &parts.kinds);
     checker.links(&parts.robots, parts.beacon.as_ref());
     checker.starts(&parts.robots, &parts.kinds, parts.world.as_ref());
-    check_behaviour(checker, parts);
+    check_behaviour(checker, parts, kinds);
 }
 
-fn check_behaviour(checker: &mut Checker<'_>, parts: &SwarmParts) {
+fn check_behaviour(checker: &mut Checker<'_>, parts: &SwarmParts, kinds: &BTreeMap<String, Kind>) {
     let Some(Behaviour::Flock(flock)) = &parts.behaviour else { return };
     let ids: Vec<u32> = parts.robots.iter().filter_map(|robot| robot.id).collect();
     let leader = parts.robots.iter().find(|robot| robot.id == Some(flock.leader));
-    let leader_kind = leader.and_then(|robot| parts.kinds.get(robot.kind.as_ref()?));
+    let leader_kind = leader.and_then(|robot| kinds.get(robot.kind.as_ref()?));
     checker.leader(flock, &ids, leader_kind);
-    let used = parts.robots.iter().filter_map(|robot| parts.kinds.get(robot.kind.as_ref()?));
+    let used = parts.robots.iter().filter_map(|robot| kinds.get(robot.kind.as_ref()?));
     checker.flock_distances(flock, used);
     if let Some(world) = &parts.world {
         checker.waypoints(flock, leader_kind, world);
     }
 }
 
-fn resolved(parts: SwarmParts) -> Option<Swarm> {
+fn resolved(parts: SwarmParts, kinds: BTreeMap<String, Kind>) -> Option<Swarm> {
     Some(Swarm {
         name: parts.name?,
         seed: parts.seed?,
@@ -187,7 +225,7 @@ fn resolved(parts: SwarmParts) -> Option<Swarm> {
         record_dir: parts.record_dir?,
         mavlink_port_base: parts.mavlink_port_base?,
         world: parts.world?.world()?,
-        kinds: parts.kinds,
+        kinds,
         robots: parts.robots.iter().map(|robot| robot.robot()).collect::<Option<_>>()?,
         behaviour: parts.behaviour?,
         beacon: parts.beacon?,
@@ -196,11 +234,7 @@ fn resolved(parts: SwarmParts) -> Option<Swarm> {
 }
 
 fn read_robot_file(report: &mut Report, path: &Path, overrides: &[Override]) -> Option<RobotFile> {
-    let mut root = include::read_root(report, path)?;
-    let (first, then): (Vec<_>, Vec<_>) = overrides.iter().partition(|change| change.names_file());
-    first.iter().for_each(|change| change.apply(report, &mut root));
-    include::expand_robot_file(report, &mut root);
-    then.iter().for_each(|change| change.apply(report, &mut root));
+    let root = read_tree(report, path, overrides, include::expand_robot_file)?;
     let parts = read_table(report, &root, ("", ""), robot::robot_file)?;
     check_robot_file(&mut Checker { report, root: &root }, &parts);
     if !report.is_clean() {
@@ -209,7 +243,7 @@ fn read_robot_file(report: &mut Report, path: &Path, overrides: &[Override]) -> 
     Some(RobotFile {
         swarm: parts.swarm?,
         robot: parts.robot?.robot()?,
-        kind: parts.kind?,
+        kind: parts.kind?.kind()?,
         behaviour: parts.behaviour?,
         beacon: parts.beacon?,
         peers: parts.peers.into_iter().map(|(_, peer)| peer).collect(),
@@ -218,7 +252,8 @@ fn read_robot_file(report: &mut Report, path: &Path, overrides: &[Override]) -> 
 }
 
 fn check_robot_file(checker: &mut Checker<'_>, parts: &RobotFileParts) {
-    if let Some(kind) = &parts.kind {
+    let kind = parts.kind.as_ref().and_then(KindParts::kind);
+    if let Some(kind) = &kind {
         checker.kind("kind", kind);
         if let Some(beacon) = &parts.beacon {
             checker.peer_period("kind", kind, beacon);
@@ -231,7 +266,7 @@ fn check_robot_file(checker: &mut Checker<'_>, parts: &RobotFileParts) {
     let own = robots.first().and_then(|robot| robot.id);
     if let Some(Behaviour::Flock(flock)) = &parts.behaviour {
         let ids: Vec<u32> = own.into_iter().chain(parts.peers.iter().map(|(_, peer)| peer.id)).collect();
-        checker.leader(flock, &ids, parts.kind.as_ref().filter(|_| own == Some(flock.leader)));
-        checker.flock_distances(flock, parts.kind.iter());
+        checker.leader(flock, &ids, kind.as_ref().filter(|_| own == Some(flock.leader)));
+        checker.flock_distances(flock, kind.iter());
     }
 }

@@ -21,6 +21,7 @@ impl Override {
     /// # Errors
     /// [`Problem`] if there is no `=` or the key is not of that form. Whether there is such a key is said when the
     /// configuration is read.
+    #[expect(clippy::result_large_err, reason = "made once a flag, before anything runs")]
     pub fn parse(text: &str) -> Result<Self, Problem> {
         let problem = |found: String, expected: &str, advice: &str| Problem {
             file: format!("--set {text}"),

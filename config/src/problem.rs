@@ -44,7 +44,7 @@ impl std::error::Error for Problem {}
 /// Everything that is wrong, ordered by file, line and column. Never empty.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(transparent)]
-pub struct Problems(Vec<Problem>);
+pub struct Problems(pub Vec<Problem>);
 
 impl Problems {
     /// `found`, ordered, each said once. Files keep the order in which they were met.
@@ -60,12 +60,6 @@ impl Problems {
             }
         }
         Self(found)
-    }
-
-    /// The problems.
-    #[must_use]
-    pub fn as_slice(&self) -> &[Problem] {
-        &self.0
     }
 
     /// The problems, one after the other.

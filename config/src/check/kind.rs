@@ -48,8 +48,7 @@ impl Checker<'_> {
             self.report.push_path(self.root, &join(prefix, "drive.model"), words);
         }
         let Some(chassis_mps) = chassis_speed_mps(model) else { return };
-        let limits =
-            [("speed_mps_max", kind.motion.speed_mps_max), ("reverse_mps_max", kind.motion.reverse_mps_max)];
+        let limits = [("speed_mps_max", kind.motion.speed_mps_max), ("reverse_mps_max", kind.motion.reverse_mps_max)];
         for (key, value) in limits {
             if value > chassis_mps {
                 let expected = format!("at most {chassis_mps}, which this chassis reaches");

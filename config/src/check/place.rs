@@ -61,9 +61,7 @@ fn wall_at(point: Point, radius_m: f64, world: &WorldParts) -> Option<String> {
         match (polygon.enclosure, inside) {
             (true, false) => Some(format!("outside of the enclosure polygons[{index}]")),
             (false, true) => Some(format!("inside polygons[{index}]")),
-            (true, true) | (false, false) if gap_m < radius_m => {
-                Some(format!("{gap_m:.3} m from polygons[{index}]"))
-            }
+            (true, true) | (false, false) if gap_m < radius_m => Some(format!("{gap_m:.3} m from polygons[{index}]")),
             (true, true) | (false, false) => None,
         }
     });

@@ -1,13 +1,14 @@
 //! Robots: each its own id, a kind that there is, a place of its own.
 
 use super::Checker;
+use crate::Drive;
 use crate::geometry::distance;
 use crate::path::join;
+use crate::read::kind::KindParts;
 use crate::read::robot::{RobotFileParts, RobotParts};
 use crate::read::world::WorldParts;
 use crate::report::Words;
 use crate::suggest::nearest;
-use crate::{Drive, Kind};
 use std::collections::BTreeMap;
 
 /// MAVLink system ids above are ground stations' by custom.
@@ -15,7 +16,7 @@ const MAVLINK_ID_MAX: u32 = 250;
 
 impl Checker<'_> {
     /// Ids and kinds of `robots`.
-    pub(crate) fn robots(&mut self, robots: &[RobotParts], kinds: &BTreeMap<String, Kind>) {
+    pub(crate) fn robots(&mut self, robots: &[RobotParts], kinds: &BTreeMap<String, KindParts>) {
         if robots.is_empty() && self.root.get("robot").is_none_or(|list| list.items().is_some_and(<[_]>::is_empty)) {
             let words = Words::new("no robot", "at least one", "add a [[robot]] with id, kind and start");
             self.report.push_path(self.root, "robot", words);
@@ -29,14 +30,12 @@ impl Checker<'_> {
                 self.report.push_path(self.root, &join(&robot.path, "id"), words);
             }
             self.kind_is_known(robot, kinds);
-            let kind = robot.kind.as_ref().and_then(|kind| kinds.get(kind));
-            if let (Some(id), Some(kind)) = (robot.id, kind) {
-                self.mavlink_id(&robot.path, id, kind);
-            }
+            let drive = robot.kind.as_ref().and_then(|kind| kinds.get(kind)?.drive);
+            self.mavlink_id(robot, drive);
         }
     }
 
-    fn kind_is_known(&mut self, robot: &RobotParts, kinds: &BTreeMap<String, Kind>) {
+    fn kind_is_known(&mut self, robot: &RobotParts, kinds: &BTreeMap<String, KindParts>) {
         let Some(name) = &robot.kind else { return };
         let named = self.root.get("kinds").and_then(|kinds| kinds.fields());
         if kinds.contains_key(name) || named.is_some_and(|named| named.contains_key(name)) {
@@ -52,11 +51,12 @@ impl Checker<'_> {
     }
 
     /// A MAVLink robot's id is its system id.
-    pub(crate) fn mavlink_id(&mut self, path: &str, id: u32, kind: &Kind) {
-        if matches!(kind.drive, Drive::Mavlink { .. }) && id > MAVLINK_ID_MAX {
+    fn mavlink_id(&mut self, robot: &RobotParts, drive: Option<Drive>) {
+        let (Some(id), Some(Drive::Mavlink { .. })) = (robot.id, drive) else { return };
+        if id > MAVLINK_ID_MAX {
             let expected = format!("1..={MAVLINK_ID_MAX} for a MAVLink robot");
             let words = Words::new(id.to_string(), expected, "choose a smaller id: it is the MAVLink system id");
-            self.report.push_path(self.root, &join(path, "id"), words);
+            self.report.push_path(self.root, &join(&robot.path, "id"), words);
         }
     }
 
@@ -64,14 +64,15 @@ impl Checker<'_> {
     pub(crate) fn starts(
         &mut self,
         robots: &[RobotParts],
-        kinds: &BTreeMap<String, Kind>,
+        kinds: &BTreeMap<String, KindParts>,
         world: Option<&WorldParts>,
     ) {
         let mut placed: Vec<(&str, [f64; 2], f64)> = Vec::with_capacity(robots.len());
         for robot in robots {
-            let kind = robot.kind.as_ref().and_then(|kind| kinds.get(kind));
-            let (Some(start), Some(kind)) = (robot.start, kind) else { continue };
-            let (point, radius_m) = ([start.x_m, start.y_m], kind.body.radius_m);
+            let Some(start) = robot.start else { continue };
+            // Of a body that could not be read, the centre at least must be clear.
+            let body = robot.kind.as_ref().and_then(|kind| kinds.get(kind)?.body);
+            let (point, radius_m) = ([start.x_m, start.y_m], body.map_or(0.0, |body| body.radius_m));
             let path = join(&robot.path, "start");
             if let Some(world) = world {
                 self.clear_of_walls(&path, point, radius_m, world);
@@ -91,12 +92,15 @@ impl Checker<'_> {
     /// The robot of a robot's file has that file's kind.
     pub(crate) fn own_kind(&mut self, parts: &RobotFileParts) {
         let (Some(robot), Some(kind)) = (&parts.robot, &parts.kind) else { return };
-        if let Some(id) = robot.id {
-            self.mavlink_id("robot", id, kind);
-        }
-        if let Some(named) = robot.kind.as_ref().filter(|named| **named != kind.name) {
-            let expected = format!("{:?}, the name of [kind]", kind.name);
-            self.report.push_path(self.root, "robot.kind", Words::new(format!("{named:?}"), expected, "make them equal"));
+        self.mavlink_id(robot, kind.drive);
+        let Some(name) = &kind.name else { return };
+        if let Some(named) = robot.kind.as_ref().filter(|named| *named != name) {
+            let expected = format!("{name:?}, the name of [kind]");
+            self.report.push_path(
+                self.root,
+                "robot.kind",
+                Words::new(format!("{named:?}"), expected, "make them equal"),
+            );
         }
     }
 

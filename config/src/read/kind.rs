@@ -19,6 +19,9 @@ const TELEMETRY_HZ_DEFAULT: u32 = 20;
 /// A number's key and its least and greatest value.
 type NumberKey = (&'static str, f64, f64);
 
+/// The one limit that is tighter the greater it is.
+const MARGIN: &str = "margin_m";
+
 /// Keys of `[motion]`, in the order of [`motion_of`].
 const MOTION_KEYS: [NumberKey; 7] = [
     ("speed_mps_max", 0.01, 10.0),
@@ -27,7 +30,7 @@ const MOTION_KEYS: [NumberKey; 7] = [
     ("accel_mps2_max", 0.01, 20.0),
     ("brake_mps2", 0.01, 20.0),
     ("yaw_accel_radps2_max", 0.01, 100.0),
-    ("margin_m", 0.01, 5.0),
+    (MARGIN, 0.01, 5.0),
 ];
 
 /// Keys of `[timeouts]` with least, greatest and default value, in the order of [`timeouts_of`].
@@ -55,34 +58,54 @@ pub(crate) struct Tightening {
     pub(crate) timeouts: [Option<u32>; 7],
 }
 
+/// What could be read of a kind.
+#[derive(Clone, Debug)]
+pub(crate) struct KindParts {
+    pub(crate) name: Option<String>,
+    pub(crate) body: Option<Body>,
+    pub(crate) drive: Option<Drive>,
+    motion: Option<Motion>,
+    lidar: Option<Lidar>,
+    timeouts: Option<Timeouts>,
+    sim: Option<Sim>,
+}
+
+impl KindParts {
+    /// The kind, if all of it could be read.
+    pub(crate) fn kind(&self) -> Option<Kind> {
+        Some(Kind {
+            name: self.name.clone()?,
+            body: self.body?,
+            drive: self.drive?,
+            motion: self.motion?,
+            lidar: self.lidar?,
+            timeouts: self.timeouts?,
+            sim: self.sim?,
+        })
+    }
+}
+
 /// A kind called `name`; in a file of its own it says its name itself.
-pub(crate) fn kind(table: &mut Table<'_>, name: Option<&str>) -> Option<Kind> {
-    let said = match name {
-        Some(name) => {
-            let said = table.optional_text("name", &NAME);
-            let differs = said.as_ref().filter(|said| *said != name).map(|said| format!("{said:?}"));
-            if let Some(found) = differs {
-                table.problem("name", Words::new(found, format!("{name:?}"), "leave it out: the table's key is the name"));
-            }
-            Some(name.to_owned())
-        }
-        None => table.text("name", &NAME, None),
-    };
-    let body = table.table("body", body);
-    let drive = table.table("drive", drive);
-    let motion = table.table("motion", motion);
-    let lidar = table.table("lidar", lidar);
-    let timeouts = table.section("timeouts", timeouts);
-    let sim = table.section("sim", sim);
-    Some(Kind {
-        name: said?,
-        body: body?,
-        drive: drive?,
-        motion: motion?,
-        lidar: lidar?,
-        timeouts: timeouts?,
-        sim: sim?,
+pub(crate) fn kind(table: &mut Table<'_>, name: Option<&str>) -> Option<KindParts> {
+    Some(KindParts {
+        name: kind_name(table, name),
+        body: table.table("body", body),
+        drive: table.table("drive", drive),
+        motion: table.table("motion", motion),
+        lidar: table.table("lidar", lidar),
+        timeouts: table.section("timeouts", timeouts),
+        sim: table.section("sim", sim),
     })
+}
+
+fn kind_name(table: &mut Table<'_>, name: Option<&str>) -> Option<String> {
+    let Some(name) = name else { return table.text("name", &NAME, None) };
+    let said = table.optional_text("name", &NAME);
+    if let Some(said) = said.filter(|said| said != name) {
+        let words = Words::new(format!("{said:?}"), format!("{name:?}"), "leave it out: the table's key is the name");
+        table.problem("name", words);
+    }
+    Some(name.to_owned())
 }
 
 fn body(table: &mut Table<'_>) -> Option<Body> {
@@ -152,13 +175,7 @@ fn lidar(table: &mut Table<'_>) -> Option<Lidar> {
     let range_m_min = table.number("range_m_min", 0.0..=10.0, None);
     let range_m_max = table.number("range_m_max", 0.1..=600.0, None);
     let rate_hz = table.number("rate_hz", 1.0..=50.0, None);
-    Some(Lidar {
-        link: link?,
-        beams: beams?,
-        range_m_min: range_m_min?,
-        range_m_max: range_m_max?,
-        rate_hz: rate_hz?,
-    })
+    Some(Lidar { link: link?, beams: beams?, range_m_min: range_m_min?, range_m_max: range_m_max?, rate_hz: rate_hz? })
 }
 
 fn lidar_link(table: &mut Table<'_>) -> Option<LidarLink> {
@@ -183,12 +200,7 @@ fn sim(table: &mut Table<'_>) -> Option<Sim> {
     let beam_dropout = table.number("beam_dropout", 0.0..=1.0, Some(0.01));
     // Long enough to be seen to wait, short enough for a test.
     let prearm_s = table.number("prearm_s", 0.0..=120.0, Some(1.0));
-    Some(Sim {
-        slip_std: slip_std?,
-        range_noise_m: range_noise_m?,
-        beam_dropout: beam_dropout?,
-        prearm_s: prearm_s?,
-    })
+    Some(Sim { slip_std: slip_std?, range_noise_m: range_noise_m?, beam_dropout: beam_dropout?, prearm_s: prearm_s? })
 }
 
 /// The swarm-wide `[motion]`: any of a kind's keys.
@@ -202,27 +214,20 @@ pub(crate) fn tighter_timeouts(table: &mut Table<'_>) -> Option<[Option<u32>; 7]
 }
 
 impl Tightening {
-    /// The keys that are looser than (or the same as) what every one of `kinds` says: they change nothing.
-    pub(crate) fn idle_keys<'k>(&self, kinds: impl Iterator<Item = &'k Kind> + Clone) -> Vec<String> {
-        let mut idle = Vec::new();
-        for (index, (key, _, _)) in MOTION_KEYS.iter().enumerate() {
-            let tightens = |value: f64| {
-                kinds.clone().any(|kind| {
-                    let own = motion_values(&kind.motion)[index];
-                    if *key == "margin_m" { value >= own } else { value <= own }
-                })
-            };
-            if self.motion[index].is_some_and(|value| !tightens(value)) {
-                idle.push(format!("motion.{key}"));
-            }
-        }
-        for (index, (key, ..)) in TIMEOUT_KEYS.iter().enumerate() {
-            let tightens = |value: u32| kinds.clone().any(|kind| value <= timeout_values(&kind.timeouts)[index]);
-            if self.timeouts[index].is_some_and(|value| !tightens(value)) {
-                idle.push(format!("timeouts.{key}"));
-            }
-        }
-        idle
+    /// The keys that are looser than what every one of `kinds` says itself: they change nothing.
+    pub(crate) fn idle_keys(&self, kinds: &[Kind]) -> Vec<String> {
+        let motion = MOTION_KEYS.iter().zip(self.motion).enumerate().filter_map(|(index, ((key, ..), bound))| {
+            let bound = bound?;
+            let mut own = kinds.iter().map(|kind| motion_values(&kind.motion)[index]);
+            let tightens = |own: f64| if *key == MARGIN { bound >= own } else { bound <= own };
+            (!own.any(tightens)).then(|| format!("motion.{key}"))
+        });
+        let timeouts = TIMEOUT_KEYS.iter().zip(self.timeouts).enumerate().filter_map(|(index, ((key, ..), bound))| {
+            let bound = bound?;
+            let mut own = kinds.iter().map(|kind| timeout_values(&kind.timeouts)[index]);
+            (!own.any(|own| bound <= own)).then(|| format!("timeouts.{key}"))
+        });
+        motion.chain(timeouts).collect()
     }
 
     /// `kind` with the tighter of both values everywhere: the smaller one, but for the margin the greater.
@@ -230,7 +235,7 @@ impl Tightening {
         let mut motion = motion_values(&kind.motion);
         for (own, (bound, (key, ..))) in motion.iter_mut().zip(self.motion.iter().zip(MOTION_KEYS)) {
             let Some(bound) = bound else { continue };
-            *own = if key == "margin_m" { own.max(*bound) } else { own.min(*bound) };
+            *own = if key == MARGIN { own.max(*bound) } else { own.min(*bound) };
         }
         let mut timeouts = timeout_values(&kind.timeouts);
         for (own, bound) in timeouts.iter_mut().zip(self.timeouts) {

@@ -1,8 +1,9 @@
 //! Reads one robot, and the file of one robot in the field.
 
+use super::kind::KindParts;
 use super::{behaviour, kind, plane};
 use crate::reader::{COORDINATE_M_MAX, FOLDER, NAME, Table, TextRule};
-use crate::{BeaconPlane, Behaviour, Drive, Kind, Links, Peer, Robot, Start};
+use crate::{BeaconPlane, Behaviour, Drive, Links, Peer, Robot, Start};
 
 /// First port of virtual autopilots: above the ports of ground stations (14550 and its neighbours).
 pub(crate) const MAVLINK_PORT_BASE: u16 = 14_600;
@@ -118,7 +119,7 @@ fn can_interface(text: &str) -> bool {
 pub(crate) struct RobotFileParts {
     pub(crate) swarm: Option<String>,
     pub(crate) robot: Option<RobotParts>,
-    pub(crate) kind: Option<Kind>,
+    pub(crate) kind: Option<KindParts>,
     pub(crate) behaviour: Option<Behaviour>,
     pub(crate) beacon: Option<BeaconPlane>,
     pub(crate) peers: Vec<(usize, Peer)>,
@@ -129,7 +130,7 @@ pub(crate) struct RobotFileParts {
 pub(crate) fn robot_file(table: &mut Table<'_>) -> Option<RobotFileParts> {
     let swarm = table.text("swarm", &NAME, None);
     let kind = table.table("kind", |table| kind::kind(table, None));
-    let drive = kind.as_ref().map(|kind| kind.drive);
+    let drive = kind.as_ref().and_then(|kind| kind.drive);
     let robot = table.table("robot", |table| robot(table, Some(MAVLINK_PORT_BASE), |_| drive));
     let behaviour = table.table("behaviour", behaviour::behaviour);
     let beacon = table.section("beacon", plane::beacon);

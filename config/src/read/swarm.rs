@@ -1,6 +1,6 @@
 //! Reads a swarm.
 
-use super::kind::Tightening;
+use super::kind::{KindParts, Tightening};
 use super::robot::{MAVLINK_PORT_BASE, ROBOTS_MAX, RobotParts};
 use super::world::WorldParts;
 use super::{behaviour, kind, plane, robot, world};
@@ -18,7 +18,7 @@ pub(crate) struct SwarmParts {
     pub(crate) record_dir: Option<String>,
     pub(crate) mavlink_port_base: Option<u16>,
     pub(crate) world: Option<WorldParts>,
-    pub(crate) kinds: BTreeMap<String, Kind>,
+    pub(crate) kinds: BTreeMap<String, KindParts>,
     pub(crate) robots: Vec<RobotParts>,
     pub(crate) behaviour: Option<Behaviour>,
     pub(crate) beacon: Option<BeaconPlane>,
@@ -38,18 +38,17 @@ pub(crate) fn swarm(table: &mut Table<'_>) -> Option<SwarmParts> {
     let mavlink_port_base = table.integer_u16("mavlink_port_base", 1_024..=65_285, MAVLINK_PORT_BASE);
     let world = table.table("world", world::world);
     let kinds = table.named_tables("kinds", |name, table| kind::kind(table, Some(name)));
-    let kinds: BTreeMap<String, Kind> = kinds.unwrap_or_default().into_iter().collect();
+    let kinds: BTreeMap<String, KindParts> = kinds.unwrap_or_default().into_iter().collect();
     let motion = table.optional_table("motion", kind::tighter_motion).flatten();
     let timeouts = table.optional_table("timeouts", kind::tighter_timeouts).flatten();
     let robots = table.tables("robot", ROBOTS_MAX, |table| {
-        robot::robot(table, mavlink_port_base, |kind| kinds.get(kind).map(|kind| kind.drive))
+        robot::robot(table, mavlink_port_base, |kind| kinds.get(kind).and_then(|kind| kind.drive))
     });
     let robots = robots.unwrap_or_default().into_iter().map(|(_, robot)| robot).collect();
     let behaviour = table.table("behaviour", behaviour::behaviour);
     let beacon = table.section("beacon", plane::beacon);
     let radio = table.section("radio", plane::radio);
-    let tightening =
-        Tightening { motion: motion.unwrap_or_default(), timeouts: timeouts.unwrap_or_default() };
+    let tightening = Tightening { motion: motion.unwrap_or_default(), timeouts: timeouts.unwrap_or_default() };
     Some(SwarmParts {
         name,
         seed,
@@ -65,4 +64,25 @@ pub(crate) fn swarm(table: &mut Table<'_>) -> Option<SwarmParts> {
         radio,
         tightening,
     })
+}
+
+impl SwarmParts {
+    /// The kinds that could be read whole, as the swarm-wide tables leave them.
+    pub(crate) fn tightened_kinds(&self) -> BTreeMap<String, Kind> {
+        let tightened = |(name, mut kind): (String, Kind)| {
+            self.tightening.apply(&mut kind);
+            (name, kind)
+        };
+        self.whole_kinds().map(tightened).collect()
+    }
+
+    /// The swarm-wide keys that tighten none of its kinds; none while a kind could not be read.
+    pub(crate) fn idle_keys(&self) -> Vec<String> {
+        let kinds: Vec<Kind> = self.whole_kinds().map(|(_, kind)| kind).collect();
+        if kinds.len() == self.kinds.len() { self.tightening.idle_keys(&kinds) } else { Vec::new() }
+    }
+
+    fn whole_kinds(&self) -> impl Iterator<Item = (String, Kind)> + '_ {
+        self.kinds.iter().filter_map(|(name, parts)| Some((name.clone(), parts.kind()?)))
+    }
 }
