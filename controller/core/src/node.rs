@@ -213,6 +213,12 @@ impl Node {
         &self.status
     }
 
+    /// Whether the next tick is due.
+    #[must_use]
+    pub fn tick_due(&self, now: Stamp) -> bool {
+        now >= self.cadence.due()
+    }
+
     /// When to come back at the latest, and for what.
     #[must_use]
     pub fn poll_timeout(&self) -> (Stamp, &'static str) {

@@ -304,7 +304,8 @@ impl SimSwarm {
         node.handle_event(self.now, Event::Drive(DriveState::Ready(watchdog)));
         if (self.now.as_millis() / STEP_MS).is_multiple_of(2) {
             let scale = 1.0 + self.noise.odometry * self.chance.within(-1.0, 1.0);
-            let turn_radps = body.twist_b.speed_mps * self.noise.odometry * if index % 2 == 0 { 0.1 } else { -0.1 };
+            let turn_radps =
+                body.twist_b.speed_mps * self.noise.odometry * if index.is_multiple_of(2) { 0.1 } else { -0.1 };
             let twist_b = Twist::new(body.twist_b.speed_mps * scale, body.twist_b.yaw_rate_radps * scale + turn_radps);
             node.handle_event(self.now, Event::Odometry(Odometry { stamp: self.now, twist_b, wheels: None }));
         }

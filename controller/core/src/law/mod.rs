@@ -75,7 +75,7 @@ impl Law {
             Role::Leader(route) => Outcome::Solved(route.step(view)),
             Role::Follower { params, before, arrival } => {
                 let leader = view.neighbours.iter().find(|peer| peer.id == params.leader);
-                arrival.update(view.now, gap_m, leader, self.goal_w);
+                arrival.update(view.now, &view.motion, leader, self.goal_w);
                 if arrival.done() { Outcome::Solved(Twist::ZERO) } else { flock::flock(params, *before, view) }
             }
         };
