@@ -1,6 +1,6 @@
 //! What robots broadcast to each other: DROVER_BEACON and DROVER_STOP of our own dialect, `dialect/drover.xml`.
 //!
-//! One MAVLink 2 frame a datagram. DROVER_BEACON carries 59 bytes of state (75 bytes on the wire with header and CRC
+//! One MAVLink 2 frame a datagram. DROVER_BEACON carries 59 bytes of state (71 bytes on the wire with header and CRC
 //! at most) and keeps 64 more for a signature that is not made yet: zeros at a payload's end are not sent, so it costs
 //! nothing. Fields stand in the XML file's order, which is MAVLink's order too (falling size). The swarm's hash keeps
 //! two swarms on one group apart; it is no protection against a hostile sender.
@@ -224,5 +224,130 @@ const fn state_from_wire(wire: u8) -> Option<BehaviourState> {
         3 => Some(BehaviourState::Done),
         4 => Some(BehaviourState::Stopped),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mavlink::golden::vectors;
+
+    fn golden(label: &str) -> Vec<u8> {
+        let file = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/golden/mavlink/beacon.txt"));
+        vectors(file).remove(label).expect("known label").bytes
+    }
+
+    fn sample() -> Beacon {
+        Beacon {
+            robot: RobotId(70_003),
+            epoch: 5,
+            seq: 1234,
+            sent: Stamp::from_micros(9_000_000_123),
+            pose_wb: Pose::new(12.5, -3.25, 1.5),
+            twist_b: Twist::new(0.75, -0.5),
+            accel_mps2: 0.25,
+            pos_bound_m: 0.125,
+            radius_m: 0.3,
+            state: BehaviourState::Active,
+            progress: 0.5,
+        }
+    }
+
+    #[test]
+    fn our_beacon_is_the_bytes_that_pymavlink_makes_from_our_dialect() {
+        assert_eq!(encode_beacon(swarm_hash("first"), &sample(), 17), golden("beacon"));
+        assert_eq!(golden("beacon").len(), 71, "59 bytes of state, 12 around them");
+    }
+
+    #[test]
+    fn a_beacon_that_pymavlink_made_reads_as_what_it_says() {
+        let Ok(Message::Beacon { swarm, beacon }) = decode(&golden("beacon")) else { panic!("no beacon") };
+        assert_eq!(swarm, swarm_hash("first"));
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-4, "{a} is not {b}");
+        close(beacon.radius_m, 0.3);
+        close(beacon.progress, 0.5);
+        let exact = Beacon { radius_m: 0.3, progress: 0.5, ..beacon };
+        assert_eq!(exact, sample());
+    }
+
+    #[test]
+    fn zeros_at_the_end_are_not_sent_and_a_signature_changes_nothing_yet() {
+        let Ok(Message::Beacon { beacon, .. }) = decode(&golden("beacon_mostly_zero")) else { panic!("no beacon") };
+        assert_eq!((beacon.robot, beacon.state, beacon.radius_m), (RobotId(256), BehaviourState::Waiting, 0.5));
+        let Ok(Message::Beacon { beacon, .. }) = decode(&golden("beacon_with_signature")) else { panic!("no beacon") };
+        assert_eq!((beacon.robot, beacon.progress), (RobotId(3), 1.0));
+    }
+
+    #[test]
+    fn numbers_out_of_range_are_refused_by_name() {
+        let refused = |label| decode(&golden(label)).expect_err("refused");
+        assert_eq!(refused("bad_beacon_nan"), DecodeError::Range("x"));
+        assert_eq!(refused("bad_beacon_infinite"), DecodeError::Range("speed"));
+        assert_eq!(refused("bad_beacon_turned_too_far"), DecodeError::Range("yaw"));
+        assert_eq!(refused("bad_beacon_state"), DecodeError::Range("state"));
+        let anonymous = encode_beacon(1, &Beacon { robot: RobotId(0), ..sample() }, 0);
+        assert_eq!(decode(&anonymous), Err(DecodeError::Range("robot")));
+    }
+
+    #[test]
+    fn a_stop_names_one_robot_or_all() {
+        let swarm = swarm_hash("first");
+        assert_eq!(encode_stop(swarm, None, 4), golden("stop_all"));
+        assert_eq!(encode_stop(swarm, Some(RobotId(70_003)), 4), golden("stop_one"));
+        assert_eq!(decode(&golden("stop_all")), Ok(Message::Stop { swarm, robot: None }));
+        assert_eq!(decode(&golden("stop_one")), Ok(Message::Stop { swarm, robot: Some(RobotId(70_003)) }));
+    }
+
+    #[test]
+    fn one_wrong_bit_anywhere_is_never_taken_for_a_beacon() {
+        let good = golden("beacon");
+        for bit in 0..good.len() * 8 {
+            let mut bad = good.clone();
+            bad[bit / 8] ^= 1 << (bit % 8);
+            assert!(decode(&bad).is_err(), "bit {bit}");
+        }
+        for length in 0..good.len() {
+            assert!(decode(&good[..length]).is_err(), "cut to {length}");
+        }
+        assert_eq!(decode(&[0xFD; 281]), Err(DecodeError::Oversized(281)));
+        let twice = [good.clone(), good].concat();
+        assert_eq!(decode(&twice), Err(DecodeError::Frame));
+    }
+
+    #[test]
+    fn a_frame_of_the_common_dialect_is_foreign() {
+        let heartbeat = [0xFD, 1, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0];
+        assert_eq!(decode(&heartbeat), Err(DecodeError::Foreign(0)));
+    }
+
+    #[test]
+    fn a_header_cannot_speak_for_another_robot() {
+        let mut forged = Emitter::new(MavId { system: 9, component: COMPONENT });
+        let payload = &golden("beacon")[10..69];
+        assert_eq!(decode(&forged.encode_raw(BEACON, BEACON_EXTRA_CRC, payload)), Err(DecodeError::Sender));
+    }
+
+    #[test]
+    fn garbage_never_panics() {
+        let mut state = 1_u32;
+        for _ in 0..20_000 {
+            let mut bytes = Vec::new();
+            for _ in 0..(state >> 8) % 140 {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                bytes.push((state >> 24) as u8);
+            }
+            state = state.wrapping_add(97);
+            if let Some(first) = bytes.first_mut() {
+                *first = 0xFD;
+            }
+            assert!(decode(&bytes).is_err());
+        }
+    }
+
+    #[test]
+    fn swarm_hashes_are_fnv_1a() {
+        assert_eq!(swarm_hash(""), 0x811C_9DC5);
+        assert_eq!(swarm_hash("foobar"), 0xBF9C_F968, "published test vector");
+        assert_eq!([system_window(RobotId(256)), system_window(RobotId(70_003))], [255, 115]);
     }
 }

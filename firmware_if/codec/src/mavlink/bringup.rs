@@ -6,7 +6,9 @@
 //! it as soon as it is armed; entering GUIDED anew clears it. An acknowledgement alone never makes a drive ready: its
 //! own HEARTBEAT must show it. Pure: time is an argument, requests are polled.
 
-use super::{cmd, id, mode, raw::Heartbeat};
+use super::raw::Heartbeat;
+use super::request::{Request, ack};
+use super::{id, mode};
 use drover_contract::{DriveState, Severity, Stamp, Watchdog};
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -34,39 +36,6 @@ const TEXT_AGE_MAX: Duration = Duration::from_secs(2);
 /// Let go of the drive: so often, so far apart.
 const RELEASE_TRIES: u8 = 6;
 const RELEASE_SPACING: Duration = Duration::from_millis(400);
-
-/// Something to ask the autopilot for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Request {
-    /// DO_SET_MODE.
-    Mode(u32),
-    /// COMPONENT_ARM_DISARM.
-    Arm(bool),
-    /// SET_MESSAGE_INTERVAL.
-    Interval {
-        message: u32,
-        hz: u32,
-    },
-}
-
-impl Request {
-    pub(crate) const fn command(self) -> u16 {
-        match self {
-            Self::Mode(_) => cmd::DO_SET_MODE,
-            Self::Arm(_) => cmd::COMPONENT_ARM_DISARM,
-            Self::Interval { .. } => cmd::SET_MESSAGE_INTERVAL,
-        }
-    }
-
-    fn words(self) -> String {
-        match self {
-            Self::Mode(custom_mode) => format!("mode {}", mode::name(custom_mode)),
-            Self::Arm(true) => "arming".into(),
-            Self::Arm(false) => "disarming".into(),
-            Self::Interval { message, hz } => format!("message {message} at {hz} Hz"),
-        }
-    }
-}
 
 /// The telemetry that is asked for, in this order; the first two are needed to drive.
 const STREAMS: [u32; 4] = [id::LOCAL_POSITION_NED, id::ATTITUDE, id::SYS_STATUS, id::BATTERY_STATUS];
@@ -438,21 +407,4 @@ const fn drivable(heartbeat: Heartbeat) -> bool {
 /// Whether nobody else is driving: it is disarmed, holding, obeying a computer or starting up.
 const fn released(heartbeat: Heartbeat) -> bool {
     !heartbeat.armed() || matches!(heartbeat.custom_mode, mode::HOLD | mode::GUIDED | mode::INITIALISING)
-}
-
-/// MAV_RESULT.
-mod ack {
-    pub(super) const ACCEPTED: u8 = 0;
-    pub(super) const IN_PROGRESS: u8 = 5;
-
-    pub(super) const fn words(result: u8) -> &'static str {
-        match result {
-            1 => "temporarily rejected",
-            2 => "denied",
-            3 => "not supported",
-            4 => "failed",
-            6 => "cancelled",
-            _ => "refused",
-        }
-    }
 }

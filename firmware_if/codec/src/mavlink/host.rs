@@ -13,9 +13,10 @@ use super::clock::Timesync;
 use super::motion::Motion;
 use super::obstacle::{self, NoScan, RangeLimits};
 use super::outbox::{self, Outbox};
+use super::params::{MavCounters, MavHostParams};
 use super::raw::{BatteryStatus, CommandAck, DistanceSensor, Heartbeat, SysStatus, TextPiece};
 use super::text::Texts;
-use super::wire::{Frame, WireCounters, frames};
+use super::wire::{Frame, frames};
 use super::{AUTOPILOT_COMPONENT, id};
 use drover_contract::{Battery, DriveState, Event, MavId, SafeCommand, Severity, Stamp, Twist};
 use mavlink::dialects::common::MavMessage;
@@ -32,46 +33,6 @@ const STREAM_PATIENCE: Duration = Duration::from_millis(500);
 /// An older sector reading is forgotten: the autopilot repeats each at least once a second.
 const SECTOR_AGE_MAX: Duration = Duration::from_millis(1500);
 const SECTORS: usize = 8;
-
-/// What a host must know of its robot.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MavHostParams {
-    /// The robot's MAVLink system id, 1..=255: the autopilot's, and ours on this link.
-    pub robot: u8,
-    /// Our component id on this link (191: onboard computer).
-    pub component: u8,
-    /// How often pose and odometry are asked for, Hz, 1..=40 (ArduPilot refuses more at its default loop rate).
-    pub telemetry_hz: u32,
-    /// The component whose OBSTACLE_DISTANCE is the scan (196: obstacle avoidance).
-    pub lidar_component: u8,
-    /// The least range, metres, if the lidar does not say.
-    pub range_m_min: f64,
-    /// The greatest range, metres, if the lidar does not say.
-    pub range_m_max: f64,
-    /// An autopilot that drives and is silent for longer than this is lost.
-    pub link_timeout: Duration,
-}
-
-/// What a host has seen and not used.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct MavCounters {
-    /// Framing.
-    pub wire: WireCounters,
-    /// Good frames of other systems and components.
-    pub foreign: u64,
-    /// Good frames whose content made no sense.
-    pub nonsense: u64,
-    /// Acknowledgements that answered nothing we had asked.
-    pub stray_acks: u64,
-    /// DISTANCE_SENSOR messages of the autopilot's own sectors.
-    pub sectors: u64,
-    /// Commands that were not sent because the drive was not ready.
-    pub withheld: u64,
-    /// Events that nobody fetched in time.
-    pub events_dropped: u64,
-    /// Messages that nobody sent in time.
-    pub outputs_dropped: u64,
-}
 
 /// The onboard computer's end of the link.
 #[derive(Debug)]
@@ -408,7 +369,8 @@ impl MavHost {
             Err(NoScan::Frame(frame)) => {
                 self.counters.nonsense += 1;
                 if !std::mem::replace(&mut self.frame_told, true) {
-                    let text = format!("scans refused: their frame is {frame}, and only 12 (BODY_FRD) is about the body");
+                    let text =
+                        format!("scans refused: their frame is {frame}, and only 12 (BODY_FRD) is about the body");
                     self.tell(Event::Text(Severity::Error, text));
                 }
             }

@@ -8,19 +8,27 @@
 //!
 //! Wire frames (NED, FRD, centimetres, degrees) end in this folder; `ned.rs` converts.
 
-pub mod device;
 mod bringup;
 mod clock;
+pub mod device;
 mod host;
 mod motion;
 mod ned;
 mod obstacle;
 mod outbox;
+mod params;
 pub(crate) mod raw;
+mod request;
 mod text;
 pub(crate) mod wire;
 
-pub use host::{MavCounters, MavHost, MavHostParams};
+#[cfg(test)]
+pub(crate) mod golden;
+#[cfg(test)]
+mod tests;
+
+pub use host::MavHost;
+pub use params::{MavCounters, MavHostParams};
 pub use wire::WireCounters;
 
 /// The component id of every autopilot (MAV_COMP_ID_AUTOPILOT1).

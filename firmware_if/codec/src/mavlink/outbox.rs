@@ -1,7 +1,7 @@
 //! What waits to be sent: the newest setpoint, and everything else in order.
 
 use super::wire::Emitter;
-use super::{AUTOPILOT_COMPONENT, bringup::Request, mode};
+use super::{AUTOPILOT_COMPONENT, mode, request::Request};
 use drover_contract::{MavId, Stamp, Twist};
 use mavlink::dialects::common::{
     COMMAND_LONG_DATA, HEARTBEAT_DATA, MavAutopilot, MavCmd, MavFrame, MavMessage, MavModeFlag, MavState, MavType,
@@ -96,7 +96,7 @@ const fn body_ned() -> MavFrame {
     MavFrame::MAV_FRAME_BODY_NED
 }
 
-fn command(robot: u8, request: Request, confirmation: u8) -> MavMessage {
+pub(crate) fn command(robot: u8, request: Request, confirmation: u8) -> MavMessage {
     let (command, param1, param2) = match request {
         Request::Mode(custom_mode) => (MavCmd::MAV_CMD_DO_SET_MODE, 1.0, custom_mode as f32),
         Request::Arm(arm) => (MavCmd::MAV_CMD_COMPONENT_ARM_DISARM, if arm { 1.0 } else { 0.0 }, 0.0),

@@ -4,13 +4,13 @@ use crate::mavlink::outbox::heartbeat as companion_heartbeat;
 use crate::mavlink::wire::Emitter;
 use crate::mavlink::{id, ned, obstacle};
 use drover_contract::{Battery, MavId, Pose, Scan, Twist};
+use mavlink::Message;
 use mavlink::dialects::common::{
     ATTITUDE_DATA, AUTOPILOT_VERSION_DATA, BATTERY_STATUS_DATA, DISTANCE_SENSOR_DATA, HEARTBEAT_DATA,
     LOCAL_POSITION_NED_DATA, MavAutopilot, MavBatteryFault, MavBatteryFunction, MavBatteryType, MavDistanceSensor,
     MavMessage, MavModeFlag, MavProtocolCapability, MavSensorOrientation, MavSeverity, MavState, MavSysStatusSensor,
     MavSysStatusSensorExtended, MavType, STATUSTEXT_DATA, SYS_STATUS_DATA, TIMESYNC_DATA,
 };
-use mavlink::Message;
 
 /// MAV_RESULT, as far as a rover uses it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
