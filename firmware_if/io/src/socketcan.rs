@@ -51,12 +51,13 @@ impl IdFilter {
         Self { id, mask }
     }
 
-    fn to_kernel(self) -> CanFilter {
+    /// Identifier and mask as the kernel compares them, with the flags of the format.
+    fn raw(self) -> (u32, u32) {
         let (id, mask) = match self.id {
             CanId::Standard(raw) => (u32::from(raw), self.mask & MASK_STANDARD),
             CanId::Extended(raw) => (raw | FLAG_EXTENDED, self.mask & MASK_EXTENDED),
         };
-        CanFilter::new(id, mask | FLAG_EXTENDED | FLAG_REMOTE)
+        (id, mask | FLAG_EXTENDED | FLAG_REMOTE)
     }
 }
 
@@ -157,7 +158,7 @@ impl SocketCanBus {
         }
     }
 
-    /// One frame that is for a codec, `Ok(None)` for any other, or an error; nothing now is `WouldBlock`.
+    /// The frame if it is one for a codec; others are looked at and passed over.
     fn take(&mut self, frame: &::socketcan::CanFrame) -> Option<CanFrame> {
         match frame {
             ::socketcan::CanFrame::Data(data) => {
@@ -253,7 +254,7 @@ fn open_socket(interface: &str, ear: &Ear) -> io::Result<CanSocket> {
     match ear {
         Ear::All => socket.set_filters(&[CanFilter::new(0, FLAG_REMOTE)])?,
         Ear::Some(filters) => {
-            let filters: Vec<_> = filters.iter().map(|filter| filter.to_kernel()).collect();
+            let filters: Vec<_> = filters.iter().map(|filter| CanFilter::from(filter.raw())).collect();
             socket.set_filters(&filters)?;
         }
         Ear::Deaf => socket.set_filter_drop_all()?,
