@@ -28,9 +28,13 @@ pub(crate) fn read_root(report: &mut Report, path: &Path) -> Option<Node> {
 
 /// Puts the files of a swarm's world and kinds in their places.
 pub(crate) fn expand_swarm(report: &mut Report, root: &mut Node) {
-    let doc = || KeyDoc { allowed: "the path of a file".to_owned(), default: Some("none".to_owned()) };
-    report.accept("kinds.NAME.file", doc);
-    report.accept("world.file", doc);
+    let doc = |allowed: &str, default: Option<&str>| KeyDoc {
+        allowed: allowed.to_owned(),
+        default: default.map(str::to_owned),
+    };
+    report.accept("kinds.NAME.file", || doc("the path of a file", Some("none")));
+    report.accept("world.file", || doc("the path of a file", Some("none")));
+    report.accept("world", || doc("a table or the path of a file", None));
     let Some(fields) = root.fields_mut() else { return };
     if let Some(world) = fields.get_mut("world") {
         expand(report, &mut world.node, "world");

@@ -156,21 +156,21 @@ type Expand = fn(&mut Report, &mut Node);
 /// Kinds and worlds name no files.
 fn expand_nothing(_report: &mut Report, _root: &mut Node) {}
 
-fn read_kind(report: &mut Report, path: &Path, overrides: &[Override]) -> Option<Kind> {
+pub(crate) fn read_kind(report: &mut Report, path: &Path, overrides: &[Override]) -> Option<Kind> {
     let root = read_tree(report, path, overrides, expand_nothing)?;
     let kind = read_table(report, &root, ("", ""), |table| kind::kind(table, None))?.kind()?;
     Checker { report, root: &root }.kind("", &kind);
     Some(kind)
 }
 
-fn read_world(report: &mut Report, path: &Path, overrides: &[Override]) -> Option<World> {
+pub(crate) fn read_world(report: &mut Report, path: &Path, overrides: &[Override]) -> Option<World> {
     let root = read_tree(report, path, overrides, expand_nothing)?;
     let parts = read_table(report, &root, ("", ""), world::world)?;
     Checker { report, root: &root }.world("", &parts);
     parts.world()
 }
 
-fn read_swarm(report: &mut Report, path: &Path, overrides: &[Override]) -> Option<Swarm> {
+pub(crate) fn read_swarm(report: &mut Report, path: &Path, overrides: &[Override]) -> Option<Swarm> {
     let root = read_tree(report, path, overrides, include::expand_swarm)?;
     let parts = read_table(report, &root, ("", ""), swarm::swarm)?;
     let kinds = parts.tightened_kinds();
@@ -194,6 +194,7 @@ fn check_swarm(checker: &mut Checker<'_>, parts: &SwarmParts, kinds: &BTreeMap<S
             checker.peer_period(&prefix, kind, beacon);
         }
     }
+    checker.step(parts.step_ms, kinds);
     if let Some(world) = &parts.world {
         checker.world("world", world);
     }
@@ -233,7 +234,7 @@ fn resolved(parts: SwarmParts, kinds: BTreeMap<String, Kind>) -> Option<Swarm> {
     })
 }
 
-fn read_robot_file(report: &mut Report, path: &Path, overrides: &[Override]) -> Option<RobotFile> {
+pub(crate) fn read_robot_file(report: &mut Report, path: &Path, overrides: &[Override]) -> Option<RobotFile> {
     let root = read_tree(report, path, overrides, include::expand_robot_file)?;
     let parts = read_table(report, &root, ("", ""), robot::robot_file)?;
     check_robot_file(&mut Checker { report, root: &root }, &parts);

@@ -4,6 +4,7 @@ use super::Checker;
 use crate::path::join;
 use crate::report::Words;
 use crate::{AgilexModel, BeaconPlane, Drive, Kind, Lidar, LidarLink};
+use std::collections::BTreeMap;
 
 /// OBSTACLE_DISTANCE carries this many ranges.
 const OBSTACLE_DISTANCE_BEAMS_MAX: u32 = 72;
@@ -146,6 +147,18 @@ impl Checker<'_> {
             let words = Words::new(timeout_ms.to_string(), expected, "raise it to two or three periods");
             let path = self.deciding(prefix, "timeouts", key);
             self.report.push_path(self.root, &path, words);
+        }
+    }
+
+    /// The simulated bodies must move at least once a tick.
+    pub(crate) fn step(&mut self, step_ms: Option<u32>, kinds: &BTreeMap<String, Kind>) {
+        let tick_ms = kinds.values().map(|kind| kind.timeouts.tick_ms).min();
+        if let (Some(step_ms), Some(tick_ms)) = (step_ms, tick_ms)
+            && step_ms > tick_ms
+        {
+            let expected = format!("at most the shortest timeouts.tick_ms, {tick_ms}");
+            let words = Words::new(step_ms.to_string(), expected, "lower it to a fifth of a tick");
+            self.report.push_path(self.root, "step_ms", words);
         }
     }
 

@@ -1,5 +1,7 @@
 //! Whole files: what is shipped, what is written and read again.
 
+mod documented;
+
 use crate::{Checked, Links, check_file, load_kind, load_robot, load_swarm, load_world};
 use std::path::{Path, PathBuf};
 

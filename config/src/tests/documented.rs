@@ -1,0 +1,99 @@
+//! docs/configuration.md and the reader must agree: every key, its range and its default.
+
+use super::shipped;
+use crate::Override;
+use crate::load;
+use crate::report::{KeyDoc, Report};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Keys by section of the page.
+type Keys = BTreeMap<(&'static str, String), KeyDoc>;
+
+const KIND: &str = "Robot kind";
+const WORLD: &str = "World";
+const SWARM: &str = "Swarm";
+const ROBOT_FILE: &str = "Robot file";
+
+#[test]
+fn every_key_that_is_read_is_documented_with_its_range_and_default() {
+    let rows = documented();
+    let mut wrong = Vec::new();
+    for ((section, key), doc) in accepted() {
+        let default = doc.default.unwrap_or_else(|| "required".to_owned());
+        let expected = format!("{} | {default}", doc.allowed);
+        match rows.get(&(section.to_owned(), key.clone())) {
+            Some(found) if *found == expected => {}
+            Some(found) => wrong.push(format!("{section}: `{key}` says '{found}', not '{expected}'")),
+            None => wrong.push(format!("{section}: | `{key}` | {expected} | is missing")),
+        }
+    }
+    assert!(wrong.is_empty(), "docs/configuration.md:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_documented_key_is_read() {
+    let known: BTreeSet<(String, String)> =
+        accepted().into_keys().map(|(section, key)| (section.to_owned(), key)).collect();
+    let stale: Vec<_> = documented().into_keys().filter(|row| !known.contains(row)).collect();
+    assert!(stale.is_empty(), "docs/configuration.md has rows that nobody reads: {stale:?}");
+}
+
+/// Section and key -> "allowed | default", from the page's tables.
+fn documented() -> BTreeMap<(String, String), String> {
+    let page = std::fs::read_to_string(shipped("../docs/configuration.md")).expect("the page is part of the project");
+    let mut rows = BTreeMap::new();
+    let mut section = String::new();
+    for line in page.lines() {
+        if let Some(title) = line.strip_prefix("## ") {
+            section = title.to_owned();
+        }
+        let cells: Vec<&str> = line.split(" | ").map(|cell| cell.trim_matches(['|', ' '])).collect();
+        if let [key, allowed, default, _meaning] = cells.as_slice()
+            && let Some(key) = key.strip_prefix('`').and_then(|key| key.strip_suffix('`'))
+        {
+            rows.insert((section.clone(), key.to_owned()), format!("{allowed} | {default}"));
+        }
+    }
+    rows
+}
+
+/// Every key that the shipped files make the reader ask for. What stands inside of another file's sort is listed there.
+fn accepted() -> Keys {
+    let mut keys = Keys::new();
+    for kind in ["robots/rover_mavlink.toml", "robots/scout_mini.toml"] {
+        let mut report = Report::default();
+        assert!(load::read_kind(&mut report, &shipped(kind), &[]).is_some());
+        keep(&mut keys, KIND, &report, &[]);
+    }
+    let mut report = Report::default();
+    assert!(load::read_world(&mut report, &shipped("worlds/room.toml"), &[]).is_some());
+    keep(&mut keys, WORLD, &report, &[]);
+    let path = shipped("swarms/first.toml");
+    let mut report = Report::default();
+    let swarm = load::read_swarm(&mut report, &path, &[]).expect("shipped");
+    let tighter = ["motion.margin_m=0.5", "timeouts.scan_ms=250"].map(|set| Override::parse(set).expect("a key"));
+    assert!(load::read_swarm(&mut report, &path, &tighter).is_some());
+    keep(&mut keys, SWARM, &report, &["kinds.NAME.", "world."]);
+    keep_robot_file(&mut keys, &swarm);
+    keys
+}
+
+fn keep_robot_file(keys: &mut Keys, swarm: &crate::Swarm) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("robot.toml");
+    let file = swarm.robot_file(3).expect("shipped");
+    std::fs::write(&path, file.to_toml()).expect("written");
+    let mut report = Report::default();
+    assert!(load::read_robot_file(&mut report, &path, &[]).is_some());
+    keep(keys, ROBOT_FILE, &report, &["kind.", "behaviour.", "beacon.", "robot."]);
+}
+
+/// Keeps the keys of `report`, but for those under `elsewhere`, which another section lists.
+fn keep(keys: &mut Keys, section: &'static str, report: &Report, elsewhere: &[&str]) {
+    for (shape, doc) in report.accepted() {
+        let is_file = shape == "kinds.NAME.file" || shape == "world.file";
+        if is_file || !elsewhere.iter().any(|prefix| shape.starts_with(prefix)) {
+            keys.insert((section, shape.clone()), doc.clone());
+        }
+    }
+}
