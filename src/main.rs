@@ -1,1 +1,57 @@
-fn main() {}
+//! `drover`: the command line. Thin: it reads arguments, calls the crates and prints what they say.
+
+mod command;
+mod exit;
+#[cfg(feature = "sim")]
+mod view;
+
+use clap::{Parser, Subcommand};
+use exit::Exit;
+use std::process::ExitCode;
+use tracing_subscriber::EnvFilter;
+
+/// Drives swarms of differential-drive robots.
+#[derive(Parser)]
+#[command(version, about, after_help = exit::HELP)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Bring up a whole swarm against the simulator, with a live view and a summary
+    #[cfg(feature = "sim")]
+    Up(command::up::Arguments),
+    /// Drive one robot, on its own computer
+    Run(command::run::Arguments),
+    /// Say everything that is wrong in configuration files
+    Check(command::check::Arguments),
+    /// Stop running robots of a swarm, at once and for good
+    Stop(command::stop::Arguments),
+    /// Measure, and print what is measured
+    #[cfg(feature = "sim")]
+    Bench(command::bench::Arguments),
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let filter = EnvFilter::try_from_env("DROVER_LOG").unwrap_or_else(|_| EnvFilter::new("warn"));
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    let exit = match arguments.command {
+        #[cfg(feature = "sim")]
+        Command::Up(up) => command::up::execute(&up),
+        Command::Run(run) => command::run::execute(&run),
+        Command::Check(check) => command::check::execute(&check),
+        Command::Stop(stop) => command::stop::execute(&stop),
+        #[cfg(feature = "sim")]
+        Command::Bench(bench) => command::bench::execute(&bench),
+    };
+    exit.into()
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        Self::from(exit as u8)
+    }
+}

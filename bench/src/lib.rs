@@ -1,1 +1,14 @@
-//! The measured comparisons behind drover bench.
+//! The measured comparisons behind `drover bench NAME`.
+//!
+//! Every bench prints what it measured and under which conditions, as text or (`--json`) as one document, and has a
+//! `--quick` form that shows it works without claiming anything.
+
+mod bringup;
+mod convoy;
+mod latency;
+mod machine;
+
+pub use bringup::{BringupResult, bringup};
+pub use convoy::convoy;
+pub use latency::{LatencyResult, LatencyRow, latency};
+pub use machine::{Conditions, ProcessUse};

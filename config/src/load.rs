@@ -8,6 +8,7 @@ use crate::problem::Problems;
 use crate::read::kind::KindParts;
 use crate::read::robot::{self, RobotFileParts};
 use crate::read::swarm::{self, SwarmParts};
+use crate::read::world::WorldParts;
 use crate::read::{kind, world};
 use crate::reader::read_table;
 use crate::report::{Report, Words};
@@ -195,16 +196,19 @@ fn check_swarm(checker: &mut Checker<'_>, parts: &SwarmParts, kinds: &BTreeMap<S
         }
     }
     checker.step(parts.step_ms, kinds);
-    if let Some(world) = &parts.world {
-        checker.world("world", world);
-    }
+    let world = parts.world.as_ref().map(|world| checker.world("world", world));
     checker.robots(&parts.robots, &parts.kinds);
     checker.links(&parts.robots, parts.beacon.as_ref());
-    checker.starts(&parts.robots, &parts.kinds, parts.world.as_ref());
-    check_behaviour(checker, parts, kinds);
+    checker.starts(&parts.robots, &parts.kinds, world.as_ref());
+    check_behaviour(checker, parts, kinds, world.as_ref());
 }
 
-fn check_behaviour(checker: &mut Checker<'_>, parts: &SwarmParts, kinds: &BTreeMap<String, Kind>) {
+fn check_behaviour(
+    checker: &mut Checker<'_>,
+    parts: &SwarmParts,
+    kinds: &BTreeMap<String, Kind>,
+    world: Option<&WorldParts>,
+) {
     let Some(Behaviour::Flock(flock)) = &parts.behaviour else { return };
     let ids: Vec<u32> = parts.robots.iter().filter_map(|robot| robot.id).collect();
     let leader = parts.robots.iter().find(|robot| robot.id == Some(flock.leader));
@@ -212,7 +216,7 @@ fn check_behaviour(checker: &mut Checker<'_>, parts: &SwarmParts, kinds: &BTreeM
     checker.leader(flock, &ids, leader_kind);
     let used = parts.robots.iter().filter_map(|robot| kinds.get(robot.kind.as_ref()?));
     checker.flock_distances(flock, used);
-    if let Some(world) = &parts.world {
+    if let Some(world) = world {
         checker.waypoints(flock, leader_kind, world);
     }
 }

@@ -12,18 +12,27 @@ const CORNERS_MAX: usize = 20_000;
 const AREA_M2_MIN: f64 = 1e-6;
 
 impl Checker<'_> {
-    /// The shapes of the world whose table is at `prefix`.
-    pub(crate) fn world(&mut self, prefix: &str, world: &WorldParts) {
-        let mut enclosures = 0;
+    /// The shapes of the world whose table is at `prefix`. What comes back are those that are sound: a robot is not
+    /// told that it stands outside of a wall that is itself wrong.
+    pub(crate) fn world(&mut self, prefix: &str, world: &WorldParts) -> WorldParts {
+        let mut sound = WorldParts { circles: world.circles.clone(), ..WorldParts::default() };
+        let mut enclosed = false;
         for (index, polygon) in &world.polygons {
             let path = join(prefix, &format!("polygons[{index}]"));
-            self.polygon(&join(&path, "points_m"), &polygon.points_m);
-            enclosures += usize::from(polygon.enclosure);
-            if polygon.enclosure && enclosures > 1 {
+            let simple = self.polygon(&join(&path, "points_m"), &polygon.points_m);
+            if polygon.enclosure && enclosed {
                 let words = Words::new("another enclosure", "at most one", "make it an obstacle: enclosure = false");
                 self.report.push_path(self.root, &join(&path, "enclosure"), words);
+            } else if simple {
+                sound.polygons.push((*index, polygon.clone()));
             }
+            enclosed |= polygon.enclosure;
         }
+        self.corners(prefix, world);
+        sound
+    }
+
+    fn corners(&mut self, prefix: &str, world: &WorldParts) {
         let corners: usize = world.polygons.iter().map(|(_, polygon)| polygon.points_m.len()).sum();
         if corners > CORNERS_MAX {
             let words = Words::new(format!("{corners} corners"), format!("at most {CORNERS_MAX}"), "simplify outlines");
@@ -31,16 +40,18 @@ impl Checker<'_> {
         }
     }
 
-    fn polygon(&mut self, path: &str, points: &[Point]) {
+    /// Whether a polygon is simple and has an area.
+    fn polygon(&mut self, path: &str, points: &[Point]) -> bool {
         let words = if let Some((first, second)) = self_intersection(points) {
             let found = format!("edges {first} and {second} (from corner {first} and {second}) that touch or cross");
             Words::new(found, "a simple polygon", "list the corners in order, each once, without crossing")
         } else if area(points) < AREA_M2_MIN {
             Words::new(format!("an area of {} m^2", area(points)), "corners around an area", "check the corners")
         } else {
-            return;
+            return true;
         };
         self.report.push_path(self.root, path, words);
+        false
     }
 
     /// A body of `radius_m` at `point` must be clear of walls.

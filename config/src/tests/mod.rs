@@ -1,6 +1,9 @@
 //! Whole files: what is shipped, what is written and read again.
 
+mod bad;
 mod documented;
+mod hostile;
+mod overrides;
 
 use crate::{Checked, Links, check_file, load_kind, load_robot, load_swarm, load_world};
 use std::path::{Path, PathBuf};

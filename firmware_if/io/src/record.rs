@@ -59,7 +59,7 @@ impl Recorder {
         bus: B,
         clock: impl Clock + Send + Sync + 'static,
     ) -> Result<Recorded<B>, OpenError> {
-        self.around(bus, Track { name: name.to_owned(), file: format!("{name}.log") }, Arc::new(clock))
+        self.around(bus, Track { name: name.to_owned(), file: format!("{name}.log").into() }, Arc::new(clock))
     }
 
     /// Record `link` to the file `NAME.tlog`.
@@ -72,7 +72,7 @@ impl Recorder {
         link: L,
         clock: impl Clock + Send + Sync + 'static,
     ) -> Result<Recorded<L>, OpenError> {
-        self.around(link, Track { name: name.to_owned(), file: format!("{name}.tlog") }, Arc::new(clock))
+        self.around(link, Track { name: name.to_owned(), file: format!("{name}.tlog").into() }, Arc::new(clock))
     }
 
     /// Everything recorded into memory so far, file by file; empty when recording into a folder.
@@ -89,7 +89,11 @@ impl Recorder {
 
     fn around<L>(&self, inner: L, track: Track, clock: SharedClock) -> Result<Recorded<L>, OpenError> {
         self.sink.create(&track.file).map_err(|error| {
-            OpenError::new(&track.file, format!("cannot record there: {error}"), "see record_dir, and the disk's space")
+            OpenError::new(
+                &*track.file,
+                format!("cannot record there: {error}"),
+                "see record_dir, and the disk's space",
+            )
         })?;
         Ok(Recorded { inner, recorder: self.clone(), track, clock })
     }
@@ -99,7 +103,7 @@ type SharedClock = Arc<dyn Clock + Send + Sync>;
 
 struct Track {
     name: String,
-    file: String,
+    file: Arc<str>,
 }
 
 /// A link that is recorded.

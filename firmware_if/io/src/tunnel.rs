@@ -17,7 +17,7 @@
 
 use crate::OpenError;
 use crate::errno::link_error;
-use crate::udp::{bind, explain};
+use crate::udp::{bind, connect_only, explain};
 use crate::watched::Watched;
 use drover_contract::{BusHealth, CanBus, CanFrame, CanId, LinkError};
 use std::collections::VecDeque;
@@ -88,7 +88,7 @@ impl Tunnel {
     }
 
     fn connect(socket: UdpSocket, remote: u16) -> std::io::Result<Self> {
-        socket.connect(loopback(remote))?;
+        connect_only(&socket, loopback(remote))?;
         Ok(Self {
             socket: Watched::new(socket),
             sequence: Arc::default(),

@@ -69,7 +69,7 @@ impl UdpLink {
 
     fn open_out(address: &str, peer: SocketAddr) -> Result<Self, OpenError> {
         let socket = bind(any_port(peer)).map_err(|error| explain(address, &error))?;
-        let connected = socket.connect(peer).is_ok();
+        let connected = connect_only(&socket, peer).is_ok();
         let side = Side::Out { peer, connected, retry_at: Instant::now() + RECONNECT_PERIOD };
         Ok(Self::assemble(socket, side))
     }
@@ -117,7 +117,7 @@ impl UdpLink {
         }
         *retry_at = now + RECONNECT_PERIOD;
         let socket = bind(any_port(*peer)).map_err(|error| link_error(&error))?;
-        socket.connect(*peer).map_err(|error| link_error(&error))?;
+        connect_only(&socket, *peer).map_err(|error| link_error(&error))?;
         *connected = true;
         self.socket = Watched::new(socket);
         lock(&self.shared).socket = self.socket.share();
@@ -139,8 +139,7 @@ impl Link for UdpLink {
             Side::Out { connected: false, .. } => Ok(None),
             Side::Out { .. } => self.socket.try_read(|socket| socket.recv(buf)).map_err(|error| link_error(&error)),
             Side::In => {
-                let heard =
-                    self.socket.try_read(|socket| socket.recv_from(buf)).map_err(|error| link_error(&error))?;
+                let heard = self.socket.try_read(|socket| socket.recv_from(buf)).map_err(|error| link_error(&error))?;
                 if let Some((_, from)) = heard {
                     lock(&self.shared).peer = Some(from);
                 }
@@ -164,8 +163,13 @@ impl Link for UdpLink {
         })
     }
 
+    /// While the network has no way to the peer nothing can come; the next send looks for a way, and after it one asks
+    /// again.
     fn poll_readable(&mut self, cx: &mut Context<'_>) -> Poll<()> {
-        self.socket.poll_readable(cx)
+        match self.side {
+            Side::Out { connected: false, .. } => Poll::Pending,
+            Side::Out { .. } | Side::In => self.socket.poll_readable(cx),
+        }
     }
 }
 
@@ -239,6 +243,14 @@ pub(crate) fn bind(local: SocketAddr) -> io::Result<UdpSocket> {
     Ok(socket)
 }
 
+/// From now on hear `peer` alone; what others sent between the binding and now is thrown away.
+pub(crate) fn connect_only(socket: &UdpSocket, peer: SocketAddr) -> io::Result<()> {
+    const STRANGERS_MAX: usize = 1_000;
+    socket.connect(peer)?;
+    (0..STRANGERS_MAX).take_while(|_| socket.recv(&mut [0; 1]).is_ok()).for_each(drop);
+    Ok(())
+}
+
 /// Say what a failed bind means.
 pub(crate) fn explain(address: &str, error: &io::Error) -> OpenError {
     let port = address.rsplit(':').next().unwrap_or(address);
@@ -248,11 +260,9 @@ pub(crate) fn explain(address: &str, error: &io::Error) -> OpenError {
             format!("UDP port {port} is in use by another program"),
             format!("see which with `ss -ulpn 'sport = :{port}'`, and end it or configure another port"),
         ),
-        Some(EACCES) => OpenError::new(
-            address,
-            format!("this user may not use port {port}"),
-            "choose a port from 1024 up",
-        ),
+        Some(EACCES) => {
+            OpenError::new(address, format!("this user may not use port {port}"), "choose a port from 1024 up")
+        }
         Some(EADDRNOTAVAIL) => OpenError::new(
             address,
             "no interface of this computer has that address",

@@ -258,7 +258,8 @@ fn a_full_transmit_queue_is_counted_and_sending_goes_on_when_there_is_room() {
     let mut bus = SocketCanBus::open(interface.name()).unwrap();
     let mut other = SocketCanBus::open(interface.name()).unwrap();
     // A queue of some frames before a wire of 8 kbit/s stands for a bus on which nobody acknowledges.
-    let shape = ["qdisc", "add", "dev", interface.name(), "root", "tbf", "rate", "8kbit", "burst", "64", "limit", "128"];
+    let shape =
+        ["qdisc", "add", "dev", interface.name(), "root", "tbf", "rate", "8kbit", "burst", "64", "limit", "128"];
     let shaped = Command::new("tc").args(shape).output().expect("tc of the package iproute2");
     assert!(shaped.status.success(), "{}", String::from_utf8_lossy(&shaped.stderr));
     let mut refused = 0_u64;

@@ -81,7 +81,7 @@ impl Arena {
             pairs: Vec::new(),
         };
         arena.sort_by_x();
-        arena.measure();
+        arena.measure(Walls::gap_m);
         arena
     }
 
@@ -102,7 +102,8 @@ impl Arena {
             disc.centre_w = member.body.pose_wb().position();
         }
         self.sort_by_x();
-        self.measure();
+        // Who is in free space stays there, so the side of a wall need not be asked for again.
+        self.measure(|walls, disc| Some(walls.distance_m(disc.centre_w)? - disc.radius_m));
     }
 
     /// Body `robot`, as its own sensors could know it.
@@ -136,7 +137,8 @@ impl Arena {
         self.members[robot].body.path_m()
     }
 
-    /// Smallest gap so far between body `robot` and any other, metres, 0 from the first touch on; `None` if it is alone.
+    /// Smallest gap so far between body `robot` and any other, metres, 0 from the first touch on; `None` if it is
+    /// alone.
     #[must_use]
     pub fn gap_robot_m_min(&self, robot: usize) -> Option<f64> {
         self.members[robot].gap_robot_m_min
@@ -241,11 +243,11 @@ impl Arena {
     }
 
     /// Bring running minima and contacts up to date.
-    fn measure(&mut self) {
+    fn measure(&mut self, gap_to_wall_m: impl Fn(&Walls, &Disc) -> Option<f64>) {
         for rank in 0..self.by_x.len() {
             let robot = self.by_x[rank];
             let disc = self.discs[robot];
-            let wall_m = self.walls.gap_m(&disc);
+            let wall_m = gap_to_wall_m(&self.walls, &disc);
             let robot_m = self.gap_to_nearest_m(rank);
             let member = &mut self.members[robot];
             member.gap_wall_m_min = smaller(member.gap_wall_m_min, wall_m.map(reported_gap_m));

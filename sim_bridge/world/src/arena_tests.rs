@@ -100,7 +100,7 @@ fn missing_demands_mean_standing() {
     let mut arena = Arena::new(&world(vec![]), &bodies, 1);
     run(&mut arena, &[Twist::new(1.0, 0.0)], 50);
     assert!(arena.path_m(0) > 0.0);
-    assert_eq!(arena.path_m(1), 0.0);
+    assert!(arena.path_m(1) < 1e-12);
 }
 
 #[test]
@@ -116,7 +116,7 @@ fn bodies_that_overlap_at_first_may_only_move_apart() {
     let bodies = [spec(1, Pose::default()), spec(2, Pose::new(0.3, 0.0, 0.0))];
     let mut arena = Arena::new(&world(vec![]), &bodies, 1);
     run(&mut arena, &[Twist::new(1.0, 0.0)], 100);
-    assert_eq!(arena.path_m(0), 0.0, "towards the other: no");
+    assert!(arena.path_m(0) < 1e-12, "towards the other: no");
     run(&mut arena, &[Twist::new(-1.0, 0.0)], 100);
     assert!(arena.path_m(0) > 0.3, "away from it: yes");
 }

@@ -153,9 +153,9 @@ impl Outline {
 /// Where along a motion, as a share 0..=1 of it, the first contact is; `None` if there is none.
 ///
 /// `gap_at(share)` is the gap there, metres, and `length_m` bounds how much the gap can shrink over the whole motion
-/// (the path lengths of all that move). Conservative advancement: at a gap of g nothing can touch before g of the way is
-/// used up, whatever the path's shape, so no speed tunnels. A motion that starts at a contact may go on as long as every
-/// little step widens the gap.
+/// (the path lengths of all that move). Conservative advancement (Mirtich 1996): at a gap of g nothing can touch before
+/// g of the way is used up, whatever the path's shape, so no speed tunnels. A motion that starts at a contact may go on
+/// as long as every little step widens the gap.
 pub(crate) fn first_contact(length_m: f64, gap_at: impl Fn(f64) -> f64) -> Option<f64> {
     let mut share = 0.0;
     let mut gap_m = gap_at(share);

@@ -1,9 +1,9 @@
 //! The lidar: a one-dimensional depth buffer.
 //!
-//! All beams of a scan share one origin, so the work is done per thing in range and not per ray: a wall or a disc becomes
-//! an interval of beams (two angles), and each beam of the interval keeps the nearest range that it was offered, in
-//! closed form: r = c / (n . u) for a wall at distance c with unit normal n, and r = u.p - sqrt(radius^2 - (u x p)^2)
-//! for a disc at p. The same idea as a z-buffer, with one row.
+//! All beams of a scan share one origin, so the work is done per thing in range and not per ray: a wall or a disc
+//! becomes an interval of beams (two angles), and each beam u of the interval keeps the nearest range that it was
+//! offered, in closed form: r = c / (n . u) for a wall at distance c with unit normal n, and
+//! r = u . p - sqrt(radius^2 - (u x p)^2) for a disc at p. The same idea as a z-buffer, with one row.
 //!
 //! Conditions: the origin lies in free space, and outlines are closed, since walls that face away are skipped (what
 //! lies behind a face is hidden by that face). Both hold for a body that started in free space.

@@ -1,8 +1,8 @@
 //! Everything on the far side of all links: bodies in an arena, and the firmware that moves them.
 //!
 //! The robots' side knows the plant by messages on ports only (invariant 10). Time moves in whole steps: in each, the
-//! bodies move by what their firmware asked for, then lidars that are due cast a scan, then the firmware gets to see its
-//! body and speaks.
+//! bodies move by what their firmware asked for, then lidars that are due cast a scan, then the firmware gets to see
+//! its body and speaks.
 
 use crate::arena::{Arena, BodySpec};
 use crate::body::BodyParams;
@@ -103,6 +103,12 @@ impl Plant {
     #[must_use]
     pub fn robot_count(&self) -> usize {
         self.stations.len()
+    }
+
+    /// How far the world has come.
+    #[must_use]
+    pub fn time(&self) -> Stamp {
+        self.time
     }
 
     /// A message from a robot, or from whoever else is on that link, reaches its firmware.

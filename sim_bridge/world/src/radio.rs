@@ -34,9 +34,16 @@ pub struct Radio {
     params: RadioParams,
     rng: Pcg32,
     /// By the moment of arrival, then in the order of sending.
-    in_flight: BTreeMap<(Stamp, u64), (usize, Arc<[u8]>)>,
+    in_flight: BTreeMap<(Stamp, u64), Delivery>,
     sent: u64,
     tally: RadioTally,
+}
+
+/// A message to one receiver. The bytes are shared among all of them.
+#[derive(Clone, Debug)]
+struct Delivery {
+    to: usize,
+    bytes: Arc<[u8]>,
 }
 
 impl Radio {
@@ -69,7 +76,7 @@ impl Radio {
         if entry.key().0 > now {
             return None;
         }
-        let (to, bytes) = entry.remove();
+        let Delivery { to, bytes } = entry.remove();
         Some((to, bytes.to_vec()))
     }
 
@@ -92,7 +99,7 @@ impl Radio {
             self.in_flight.pop_first();
             self.tally.dropped += 1;
         }
-        self.in_flight.insert((now + delay, self.sent), (to, bytes));
+        self.in_flight.insert((now + delay, self.sent), Delivery { to, bytes });
         self.sent += 1;
         self.tally.carried += 1;
     }

@@ -3,6 +3,8 @@
 pub mod agilex;
 pub mod dronecan;
 mod queue;
+#[cfg(test)]
+mod testing;
 
 use drover_contract::{CanFrame, CanId};
 

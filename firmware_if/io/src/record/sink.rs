@@ -22,7 +22,7 @@ pub(super) trait Sink: Send + Sync {
     /// Begin the file `name`.
     fn create(&self, name: &str) -> io::Result<()>;
     /// Write `bytes` at the end of the file `name`, or drop and count them.
-    fn append(&self, name: &str, bytes: Vec<u8>);
+    fn append(&self, name: &Arc<str>, bytes: Vec<u8>);
     fn contents(&self) -> BTreeMap<String, Vec<u8>>;
     fn dropped(&self) -> u64;
     fn count_dropped(&self);
@@ -34,27 +34,37 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 #[derive(Default)]
 pub(super) struct MemorySink {
-    files: Mutex<BTreeMap<String, Vec<u8>>>,
+    memory: Mutex<Memory>,
     dropped: AtomicU64,
+}
+
+#[derive(Default)]
+struct Memory {
+    files: BTreeMap<String, Vec<u8>>,
+    /// In all files together.
+    bytes: usize,
 }
 
 impl Sink for MemorySink {
     fn create(&self, name: &str) -> io::Result<()> {
-        lock(&self.files).entry(name.to_owned()).or_default();
+        lock(&self.memory).files.entry(name.to_owned()).or_default();
         Ok(())
     }
 
-    fn append(&self, name: &str, bytes: Vec<u8>) {
-        let mut files = lock(&self.files);
-        let kept: usize = files.values().map(Vec::len).sum();
-        match files.get_mut(name) {
-            Some(file) if kept + bytes.len() <= MEMORY_BYTES_MAX => file.extend_from_slice(&bytes),
+    fn append(&self, name: &Arc<str>, bytes: Vec<u8>) {
+        let mut memory = lock(&self.memory);
+        let kept = memory.bytes + bytes.len();
+        match memory.files.get_mut(&**name) {
+            Some(file) if kept <= MEMORY_BYTES_MAX => {
+                file.extend_from_slice(&bytes);
+                memory.bytes = kept;
+            }
             Some(_) | None => self.count_dropped(),
         }
     }
 
     fn contents(&self) -> BTreeMap<String, Vec<u8>> {
-        lock(&self.files).clone()
+        lock(&self.memory).files.clone()
     }
 
     fn dropped(&self) -> u64 {
@@ -68,7 +78,7 @@ impl Sink for MemorySink {
 
 enum Job {
     Create(String, File),
-    Append(String, Vec<u8>),
+    Append(Arc<str>, Vec<u8>),
 }
 
 pub(super) struct FileSink {
@@ -106,8 +116,8 @@ impl Sink for FileSink {
         }
     }
 
-    fn append(&self, name: &str, bytes: Vec<u8>) {
-        if !self.put(Job::Append(name.to_owned(), bytes)) {
+    fn append(&self, name: &Arc<str>, bytes: Vec<u8>) {
+        if !self.put(Job::Append(Arc::clone(name), bytes)) {
             self.count_dropped();
         }
     }
@@ -144,7 +154,7 @@ fn write_all(jobs: &Receiver<Job>, lost: &AtomicU64) {
                 files.insert(name, BufWriter::new(file));
             }
             Ok(Job::Append(name, bytes)) => {
-                let written = files.get_mut(&name).is_some_and(|file| file.write_all(&bytes).is_ok());
+                let written = files.get_mut(&*name).is_some_and(|file| file.write_all(&bytes).is_ok());
                 lost.fetch_add(u64::from(!written), Ordering::Relaxed);
             }
             Err(RecvTimeoutError::Timeout) => {}

@@ -49,7 +49,8 @@ fn a_recorded_bus_is_read_back_by_another_implementation_of_candumps_format() {
     node.send(&frame(CanId::Extended(0x111), &[3])).unwrap();
     let log = recorder.contents()["vcan1.log"].clone();
     let mut reader = Reader::from_reader(&log[..]);
-    let records: Vec<_> = std::iter::from_fn(|| reader.next_record().unwrap().map(|record| record.to_string())).collect();
+    let records: Vec<_> =
+        std::iter::from_fn(|| reader.next_record().unwrap().map(|record| record.to_string())).collect();
     assert_eq!(records.len(), 2);
     assert!(records[0].contains("vcan1 111#0102"), "{}", records[0]);
     assert!(records[1].contains("vcan1 00000111#03"), "{}", records[1]);

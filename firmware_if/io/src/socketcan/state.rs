@@ -69,9 +69,8 @@ impl BusState {
     /// See linux/can/error.h. A change of state names the new state, so that warning means "no longer passive".
     pub(crate) fn handle_error_frame(&mut self, error: &CanError) {
         const PASSIVE: ControllerProblems = ControllerProblems::RX_PASSIVE.union(ControllerProblems::TX_PASSIVE);
-        const BETTER: ControllerProblems = ControllerProblems::RX_WARNING
-            .union(ControllerProblems::TX_WARNING)
-            .union(ControllerProblems::ACTIVE);
+        const BETTER: ControllerProblems =
+            ControllerProblems::RX_WARNING.union(ControllerProblems::TX_WARNING).union(ControllerProblems::ACTIVE);
         self.health.error_frames = self.health.error_frames.saturating_add(1);
         if error.is_restarted() {
             self.health.bus_off = false;

@@ -349,11 +349,9 @@ impl VirtualRover {
             }),
             // There is no position before the estimator has one.
             Stream::Position if !self.prearm_ok(now) => (Voice::Autopilot, Vec::new()),
-            Stream::Position => one(Telemetry::Position {
-                boot_ms,
-                pose_wb: self.body.pose_wb,
-                twist_b: self.body.twist_b,
-            }),
+            Stream::Position => {
+                one(Telemetry::Position { boot_ms, pose_wb: self.body.pose_wb, twist_b: self.body.twist_b })
+            }
             Stream::Sectors => {
                 let sectors = self.sectors.readings(now);
                 (Voice::Autopilot, sectors.map(|sector| Telemetry::Sector { boot_ms, sector }).collect())

@@ -4,11 +4,13 @@
 //! layouts are in [`wire`], what differs by chassis in [`Model`], the host's state machine in [`AgilexHost`].
 //! Sources: Scout user manual v1.3.0, Tracer v1.2, Hunter CAN protocol v2.1, Bunker Mini; ugv_sdk.
 
+#[cfg(test)]
+mod golden_tests;
 mod host;
+#[cfg(test)]
+mod host_tests;
 mod model;
 mod odometer;
-#[cfg(test)]
-mod tests;
 pub mod wire;
 
 pub use host::{AgilexCounters, AgilexHost, AgilexParams};

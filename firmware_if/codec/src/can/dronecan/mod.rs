@@ -5,12 +5,16 @@
 //! Sources: the DroneCAN specification and DSDL; golden vectors by pydronecan.
 
 mod float16;
+#[cfg(test)]
+mod golden_tests;
 mod host;
 #[cfg(test)]
 mod host_tests;
 mod id;
 pub mod message;
 mod reassembly;
+#[cfg(test)]
+mod reassembly_tests;
 mod sectors;
 pub mod transfer;
 

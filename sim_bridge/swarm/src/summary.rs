@@ -1,0 +1,190 @@
+//! What happened: the document that `drover up --json` prints.
+
+use drover_config::{Behaviour, Swarm};
+use drover_robot::{Report, View};
+use drover_world::{Plant, Truth};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// One run of a swarm.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary {
+    /// The swarm's name.
+    pub swarm: String,
+    /// The seed of everything random.
+    pub seed: u64,
+    /// Whether every robot reached the end, by the simulator's truth.
+    pub reached: bool,
+    /// Why the run ended.
+    pub ended: String,
+    /// How long it ran, s, until the robots were told to end.
+    pub time_s: f64,
+    /// Simulated seconds per second of that: below 1, the simulator lagged.
+    pub world_rate: f64,
+    /// Smallest true gap between two bodies, surface to surface, metres; none for a single robot.
+    pub min_gap_robot_m: Option<f64>,
+    /// Smallest true gap between a body and a wall or obstacle, metres; none for a world without any.
+    pub min_gap_wall_m: Option<f64>,
+    /// Requests that the supervisors changed.
+    pub commands_changed: u64,
+    /// Commands that were older than allowed when they left, or when they reached the drive.
+    pub aged_commands: u64,
+    /// Whether every robot was seen to stand still at the end, by the simulator's truth.
+    pub stopped: bool,
+    /// What stood for the CAN buses: `vcan` or `memory`.
+    pub can: &'static str,
+    /// The same in words.
+    pub can_detail: &'static str,
+    /// Whether every robot was a process of its own.
+    pub processes: bool,
+    /// The folder with the recordings and the resolved configuration.
+    pub recording: Option<String>,
+    /// Messages that a recorder or a simulated bus had to drop.
+    pub recording_dropped: u64,
+    /// The robots, in the file's order.
+    pub robots: Vec<RobotSummary>,
+}
+
+/// One robot of a run.
+#[derive(Clone, Debug, Serialize)]
+pub struct RobotSummary {
+    /// Its id.
+    pub id: u32,
+    /// Its kind.
+    pub kind: String,
+    /// Whether its body ended within `arrive_radius_m` of the leader's last point, by the simulator's truth.
+    pub reached: bool,
+    /// When it first said so itself, s since the start.
+    pub reached_s: Option<f64>,
+    /// What it was doing when it was told to end.
+    pub state: String,
+    /// Why, in words.
+    pub reason: String,
+    /// Distance driven by the body, metres.
+    pub path_m: f64,
+    /// From the leader's last point at the end, metres.
+    pub end_distance_m: f64,
+    /// From where it believed to be at the end to where it was, metres.
+    pub pose_error_m: Option<f64>,
+    /// Smallest true gap to another body, metres.
+    pub min_gap_robot_m: Option<f64>,
+    /// Smallest true gap to a wall, metres.
+    pub min_gap_wall_m: Option<f64>,
+    /// Ticks of its node.
+    pub ticks: u64,
+    /// Requests that its supervisor changed, by reason.
+    pub commands_changed: BTreeMap<String, u64>,
+    /// Commands that were too old to be sent.
+    pub aged_commands: u64,
+    /// Whether its body stood still at the end, by the simulator's truth.
+    pub stopped: bool,
+    /// What its loop said of its own end; none if it never answered (a killed process).
+    pub report: Option<Report>,
+}
+
+/// What is gathered of one robot while a run goes on.
+#[derive(Clone, Debug, Default)]
+pub struct Tally {
+    /// The newest view.
+    pub view: Option<View>,
+    /// When it first said that it had reached the end, s.
+    pub reached_s: Option<f64>,
+    /// What it was doing, and why, when it was told to end.
+    pub at_end: Option<(String, String)>,
+    /// Its last words.
+    pub report: Option<Report>,
+}
+
+impl Tally {
+    /// Take in the newest view, `time_s` into the run.
+    pub fn see(&mut self, view: View, time_s: f64) {
+        if view.reached && self.reached_s.is_none() {
+            self.reached_s = Some(time_s);
+        }
+        self.view = Some(view);
+    }
+
+    /// The robots are about to be told to end: what they do now is what the summary says.
+    pub fn note_end(&mut self) {
+        self.at_end = self.view.as_ref().map(|view| (view.state.clone(), view.reason.clone()));
+    }
+}
+
+/// Where everybody is to end: the leader's last point and the distance that counts as there.
+pub(crate) fn end_of(behaviour: &Behaviour) -> ([f64; 2], f64) {
+    match behaviour {
+        Behaviour::Flock(flock) => {
+            (flock.waypoints_m.last().copied().unwrap_or_default(), flock.arrive_radius_m.max(flock.waypoint_radius_m))
+        }
+    }
+}
+
+/// Summarise one robot.
+pub(crate) fn robot_summary(swarm: &Swarm, index: usize, plant: &Plant, tally: &Tally) -> RobotSummary {
+    /// Slower than this the body stands, m/s and rad/s.
+    const STANDSTILL: f64 = 0.01;
+    let robot = &swarm.robots[index];
+    let truth: Truth = plant.truth(index);
+    let ([end_x, end_y], arrive_m) = end_of(&swarm.behaviour);
+    let end_distance_m = (truth.pose_wb.x_m - end_x).hypot(truth.pose_wb.y_m - end_y);
+    let view = tally.view.as_ref();
+    let unheard = || ("never heard".to_owned(), "its loop never spoke".to_owned());
+    let (state, reason) = tally.at_end.clone().unwrap_or_else(unheard);
+    let believed = view.and_then(|view| view.pose_wb);
+    RobotSummary {
+        id: robot.id,
+        kind: robot.kind.clone(),
+        reached: end_distance_m <= arrive_m,
+        reached_s: tally.reached_s,
+        state,
+        reason,
+        path_m: truth.path_m,
+        end_distance_m,
+        pose_error_m: believed.map(|pose| (pose.position() - truth.pose_wb.position()).norm()),
+        min_gap_robot_m: truth.gap_robot_m_min,
+        min_gap_wall_m: truth.gap_wall_m_min,
+        ticks: view.map_or(0, |view| view.ticks),
+        commands_changed: view.map(|view| view.commands_changed.clone()).unwrap_or_default(),
+        aged_commands: view.map_or(0, |view| view.aged_commands),
+        stopped: truth.twist_b.speed_mps.abs() < STANDSTILL && truth.twist_b.yaw_rate_radps.abs() < STANDSTILL,
+        report: tally.report.clone(),
+    }
+}
+
+/// What the whole run adds to its robots' summaries.
+pub(crate) struct RunFacts {
+    pub(crate) ended: String,
+    pub(crate) time_s: f64,
+    pub(crate) world_rate: f64,
+    pub(crate) can: &'static str,
+    pub(crate) can_detail: &'static str,
+    pub(crate) processes: bool,
+    pub(crate) recording: Option<String>,
+    pub(crate) recording_dropped: u64,
+}
+
+/// Summarise a run.
+pub(crate) fn summarise(swarm: &Swarm, plant: &Plant, tallies: &[Tally], facts: RunFacts) -> Summary {
+    let robots: Vec<RobotSummary> =
+        tallies.iter().enumerate().map(|(index, tally)| robot_summary(swarm, index, plant, tally)).collect();
+    let smallest = |gap: fn(&RobotSummary) -> Option<f64>| robots.iter().filter_map(gap).min_by(f64::total_cmp);
+    Summary {
+        swarm: swarm.name.clone(),
+        seed: swarm.seed,
+        reached: robots.iter().all(|robot| robot.reached),
+        ended: facts.ended,
+        time_s: facts.time_s,
+        world_rate: facts.world_rate,
+        min_gap_robot_m: smallest(|robot| robot.min_gap_robot_m),
+        min_gap_wall_m: smallest(|robot| robot.min_gap_wall_m),
+        commands_changed: robots.iter().flat_map(|robot| robot.commands_changed.values()).sum(),
+        aged_commands: robots.iter().map(|robot| robot.aged_commands).sum(),
+        stopped: robots.iter().all(|robot| robot.stopped),
+        can: facts.can,
+        can_detail: facts.can_detail,
+        processes: facts.processes,
+        recording: facts.recording,
+        recording_dropped: facts.recording_dropped,
+        robots,
+    }
+}

@@ -1,0 +1,94 @@
+//! `drover bench NAME`: measure, and print what is measured.
+
+use crate::exit::Exit;
+use drover_bench::{Conditions, LatencyResult, bringup, convoy, latency};
+use drover_config::{Swarm, load_swarm};
+use serde::Serialize;
+use std::fmt::Display;
+use std::path::PathBuf;
+
+/// Arguments of `drover bench`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// What to measure
+    #[arg(value_enum)]
+    name: Name,
+    /// Print one JSON document on stdout
+    #[arg(long)]
+    json: bool,
+    /// A short run that shows the bench works; its figures claim nothing
+    #[arg(long)]
+    quick: bool,
+    /// The swarm whose kinds and behaviour are used
+    #[arg(long, default_value = "config/swarms/first.toml")]
+    swarm: PathBuf,
+    /// The MAVLink kind of that swarm to measure with
+    #[arg(long, default_value = "rover_mavlink")]
+    kind: String,
+    /// Robots at most
+    #[arg(long, default_value_t = 100)]
+    robots: u32,
+    /// First port of the virtual autopilots
+    #[arg(long, default_value_t = 21_000)]
+    port_base: u16,
+}
+
+/// The benches.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Name {
+    /// Scan bytes in to command bytes out, one robot and many
+    Latency,
+    /// Many MAVLink robots from start to all driving
+    Bringup,
+}
+
+pub(crate) fn execute(arguments: &Arguments) -> Exit {
+    let template = match load_swarm(&arguments.swarm, &[]) {
+        Ok(template) => template,
+        Err(problems) => return crate::command::refuse(&problems),
+    };
+    let measured = match arguments.name {
+        Name::Latency => measure_latency(arguments, &template).map(|result| show(&result, arguments.json)),
+        Name::Bringup => measure_bringup(arguments, &template).map(|result| show(&result, arguments.json)),
+    };
+    match measured {
+        Ok(()) => Exit::Reached,
+        Err(error) => {
+            eprintln!("{error:#}");
+            Exit::CannotStart
+        }
+    }
+}
+
+fn show<T: Serialize + Display>(result: &T, json: bool) {
+    if json {
+        // Only strings and numbers: this cannot fail to print.
+        println!("{}", serde_json::to_string_pretty(result).unwrap_or_default());
+    } else {
+        println!("{result}");
+    }
+}
+
+fn runtime() -> std::io::Result<tokio::runtime::Runtime> {
+    tokio::runtime::Builder::new_multi_thread().enable_all().build()
+}
+
+fn measure_latency(arguments: &Arguments, template: &Swarm) -> anyhow::Result<LatencyResult> {
+    let conditions = Conditions::now();
+    let measure_s = if arguments.quick { 3.0 } else { 120.0 };
+    let mut rows = Vec::new();
+    for count in [1, arguments.robots] {
+        let swarm = convoy(template, &arguments.kind, count, arguments.port_base)?;
+        // A hundred robots give a hundred times the samples in the same time.
+        let measure_s = if count > 1 { measure_s / 4.0 } else { measure_s };
+        rows.push(runtime()?.block_on(latency(&swarm, 8.0, measure_s))?);
+    }
+    Ok(LatencyResult { conditions, rows })
+}
+
+fn measure_bringup(arguments: &Arguments, template: &Swarm) -> anyhow::Result<drover_bench::BringupResult> {
+    let mut swarm = convoy(template, &arguments.kind, arguments.robots, arguments.port_base)?;
+    swarm.duration_s = 120.0;
+    let watch_s = if arguments.quick { 2.0 } else { 20.0 };
+    runtime()?.block_on(bringup(&swarm, watch_s))
+}

@@ -1,0 +1,52 @@
+//! Drives that are taken away and given back: power cycles, remote controls, emergency stops.
+
+use crate::support::{at_rest, braking_s, first_swarm, index_of, last_motion_s, moves, run_until_all_move};
+use drover_swarm::VirtualSwarm;
+use drover_world::Fault;
+use std::time::Duration;
+
+fn injected(id: u32, fault: Fault) -> (VirtualSwarm, usize, f64) {
+    let swarm = first_swarm(&[]);
+    let index = index_of(&swarm, id);
+    let brake_s = braking_s(swarm.kind_of(&swarm.robots[index]));
+    let mut virtual_swarm = at_rest(&swarm);
+    run_until_all_move(&mut virtual_swarm, swarm.robots.len());
+    let now = virtual_swarm.now();
+    virtual_swarm.plant_mut().inject(now, index, fault);
+    (virtual_swarm, index, brake_s)
+}
+
+#[test]
+fn a_power_cycled_drive_stands_and_is_brought_up_again() {
+    for id in [2, 4] {
+        let (mut virtual_swarm, index, _) = injected(id, Fault::PowerCycle);
+        let now = virtual_swarm.now();
+        virtual_swarm.run_until(now + Duration::from_millis(200));
+        assert!(last_motion_s(&mut virtual_swarm, index, 20.0) > 0.0, "robot {id} never drove again");
+    }
+}
+
+#[test]
+fn a_remote_control_takes_the_robot_and_giving_it_back_lets_it_drive_on() {
+    for id in [2, 4] {
+        let (mut virtual_swarm, index, brake_s) = injected(id, Fault::RemoteControl(true));
+        let stood_s = last_motion_s(&mut virtual_swarm, index, 6.0);
+        assert!(stood_s <= 0.2 + brake_s, "robot {id} moved for {stood_s:.2} s under a remote control that asks nothing");
+        let verdict = virtual_swarm.robot(index).expect("alive").status().verdict.to_string();
+        assert!(verdict.contains("drive"), "robot {id} says: {verdict}");
+        let now = virtual_swarm.now();
+        virtual_swarm.plant_mut().inject(now, index, Fault::RemoteControl(false));
+        assert!(last_motion_s(&mut virtual_swarm, index, 10.0) > 0.0, "robot {id} never drove again");
+    }
+}
+
+#[test]
+fn an_emergency_stop_stands_until_it_is_released() {
+    let (mut virtual_swarm, index, brake_s) = injected(4, Fault::EStop(true));
+    let stood_s = last_motion_s(&mut virtual_swarm, index, 6.0);
+    assert!(stood_s <= 0.2 + brake_s, "moved for {stood_s:.2} s");
+    assert!(!moves(&virtual_swarm, index));
+    let now = virtual_swarm.now();
+    virtual_swarm.plant_mut().inject(now, index, Fault::EStop(false));
+    assert!(last_motion_s(&mut virtual_swarm, index, 10.0) > 0.0, "it never drove again");
+}

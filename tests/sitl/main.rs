@@ -1,0 +1,8 @@
+//! Real time, real UDP, real processes: the binary as a user runs it.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod command_line;
+mod kills;
+mod up;
