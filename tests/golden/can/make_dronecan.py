@@ -100,6 +100,21 @@ def node_info(chance):
             "software": [3, 1], "hardware": [2, 7], "unique_id": unique_id, "name": name, "frames": frames}
 
 
+def lidar(chance):
+    """What a whole lidar node sends: its first NodeStatus, then one round of 36 sectors counter-clockwise from ahead.
+
+    Distances are given counter-clockwise; yaw on the wire is clockwise. None: no reading.
+    """
+    distances = [chance.choice([None, round(chance.uniform(0.2, 12.0), 3)]) for _ in range(36)]
+    frames = frames_of(NODE_STATUS(uptime_sec=0), source_node_id=42, transfer_id=0, transfer_priority=20)
+    for sector, distance in enumerate(distances):
+        bearing = 10.0 * sector
+        payload = PROXIMITY(sensor_id=7, reading_type=0 if distance is None else 2, flags=0,
+                            yaw=-bearing if bearing <= 180 else 360 - bearing, pitch=0.0, distance=distance or 0.0)
+        frames += frames_of(payload, source_node_id=42, transfer_id=sector % 32, transfer_priority=16)
+    return {"sensor_id": 7, "node": 42, "distances_m": distances, "frames": frames}
+
+
 def halves(chance):
     values = [0.0, -0.0, 1.0, -1.0, 0.1, 65504.0, 6e-5, 6.2e-5, 1e-7, 3e-8, 2e-8, 1.0 + 1 / 2048, 1.0 + 3 / 2048]
     values += [chance.uniform(-1, 1) * 10 ** chance.uniform(-8, 4.8) for _ in range(300)]
@@ -119,6 +134,7 @@ def main():
         },
         "rows": [maker(chance) for maker in makers],
         "halves": halves(chance),
+        "lidar": lidar(chance),
     }
     with open(sys.argv[1], "w", encoding="utf-8") as out:
         json.dump(document, out, indent=0)
