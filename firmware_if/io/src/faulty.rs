@@ -4,8 +4,8 @@ use drover_contract::{BusHealth, CanBus, CanFrame, Link, LinkError};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll};
 
-/// A link that does what its [`FaultHandle`] says. What is lost is lost silently, as on a cable that was pulled: nothing
-/// is kept for later, and no error is given.
+/// A link that does what its [`FaultHandle`] says. What is lost is lost silently, as on a cable that was pulled:
+/// nothing is kept for later, and no error is given.
 pub struct Faulty<L> {
     inner: L,
     faults: Arc<Mutex<Faults>>,

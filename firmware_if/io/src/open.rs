@@ -94,3 +94,32 @@ impl CanBus for CanLink {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use drover_contract::CanId;
+    use std::time::Duration;
+
+    #[test]
+    fn an_address_of_two_ports_opens_a_tunnel_with_a_stop_sender() {
+        let (mut far, address) = Tunnel::pair().unwrap();
+        let near = CanLink::open(&address).unwrap();
+        let frame = CanFrame::new(CanId::Standard(0x111), &[0; 8]).unwrap();
+        near.stop_sender().unwrap().send(&frame).unwrap();
+        let heard = (0..1_000).find_map(|_| {
+            std::thread::sleep(Duration::from_millis(1));
+            far.try_recv().unwrap()
+        });
+        assert_eq!(heard, Some(frame));
+    }
+
+    #[test]
+    fn an_address_that_is_no_tunnel_is_an_interface_and_a_wrong_one_says_what_to_do() {
+        for address in ["no-such-can", "udp:1:2", ""] {
+            let error = open_can(address).err().unwrap();
+            assert_eq!(error.address, address);
+            assert!(!error.advice.is_empty());
+        }
+    }
+}

@@ -124,7 +124,7 @@ impl UdpLink {
         Ok(())
     }
 
-    /// A connected socket keeps the address it had; when the network no longer knows that address, only a new one helps.
+    /// A connected socket keeps the address it had; when the network no longer knows that one, only a new socket helps.
     fn doubt_connection(&mut self, error: &io::Error) {
         let lost_address = matches!(error.raw_os_error(), Some(EINVAL | EADDRNOTAVAIL));
         if let Side::Out { connected, .. } = &mut self.side {

@@ -99,7 +99,8 @@ fn explain(name: &str, error: &socketcan::Error) -> OpenError {
             name,
             "only an administrator may make a virtual CAN interface",
             format!(
-                "make it once with `sudo ip link add dev {name} type vcan && sudo ip link set {name} up`, or run as root"
+                "make it once with `sudo ip link add dev {name} type vcan && sudo ip link set {name} up`, or run as \
+                 root"
             ),
         ),
         Some(EOPNOTSUPP | EINVAL) => OpenError::new(
