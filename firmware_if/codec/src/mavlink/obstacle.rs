@@ -112,3 +112,81 @@ fn nearer(cell_cm: u16, beam: Beam, max_cm: u16) -> u16 {
 fn centimetres(metres: f64) -> u16 {
     (metres * 100.0).round().clamp(0.0, f64::from(u16::MAX)) as u16
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: RangeLimits = RangeLimits { range_m_min: 0.1, range_m_max: 8.0 };
+
+    fn scan(beams: Vec<Beam>, angle_first_rad: f64) -> Scan {
+        let angle_step_rad = std::f64::consts::TAU / beams.len() as f64;
+        Scan { stamp: Stamp::ZERO, angle_first_rad, angle_step_rad, range_m_min: 0.1, range_m_max: 8.0, beams }
+    }
+
+    /// What arrives of `scan` at the other end.
+    fn through(scan: &Scan) -> Scan {
+        use mavlink::MessageData;
+        let mut payload = [0; 255];
+        let length = encode(0, scan).ser(mavlink::MavlinkVersion::V2, &mut payload);
+        decode(Stamp::ZERO, &payload[..length], LIMITS).expect("a scan")
+    }
+
+    /// Direction and range of the nearest hit, degrees to the left.
+    fn nearest(scan: &Scan) -> (f64, f64) {
+        let hits = scan.points_b().map(|(_, point)| (point.y.atan2(point.x).to_degrees(), point.norm()));
+        hits.min_by(|a, b| a.1.total_cmp(&b.1)).expect("a hit")
+    }
+
+    #[test]
+    fn a_hit_stays_where_it_was_in_every_direction() {
+        for index in 0..72 {
+            let mut beams = vec![Beam::Hit(5.0); 72];
+            beams[index] = Beam::Hit(2.5);
+            let sent = scan(beams, -std::f64::consts::PI + 0.02);
+            let (angle, range_m) = nearest(&through(&sent));
+            let off = (angle - sent.angle_rad(index).to_degrees()).rem_euclid(360.0);
+            assert!(off.min(360.0 - off) < 0.01, "beam {index} is {off} degrees off");
+            assert!((range_m - 2.5).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn more_beams_than_bins_keep_the_nearest_of_each_bin() {
+        let mut beams = vec![Beam::Clear; 360];
+        beams[91] = Beam::Hit(3.0);
+        beams[92] = Beam::Hit(2.0);
+        beams[200] = Beam::Unknown;
+        let got = through(&scan(beams, 0.0));
+        assert_eq!(got.beams.len(), 72);
+        let (angle, range_m) = nearest(&got);
+        assert!((angle - 90.0).abs() < 2.6 && (range_m - 2.0).abs() < 1e-9, "{angle} {range_m}");
+        assert_eq!(got.beams.iter().filter(|beam| **beam == Beam::Clear).count(), 71);
+    }
+
+    #[test]
+    fn what_was_not_measured_does_not_become_clear() {
+        let got = through(&scan(vec![Beam::Unknown; 36], 0.0));
+        assert_eq!(got.beams, vec![Beam::Unknown; 36]);
+        let _ = encode(0, &scan(Vec::new(), 0.0));
+    }
+
+    #[test]
+    fn angles_and_ranges_without_sense_are_refused() {
+        let good = |change: fn(&mut [u8])| {
+            let mut payload = [0; 167];
+            payload[152..154].copy_from_slice(&20_u16.to_le_bytes());
+            payload[154..156].copy_from_slice(&800_u16.to_le_bytes());
+            payload[157] = 5;
+            payload[166] = FRAME_BODY_FRD;
+            change(&mut payload);
+            decode(Stamp::ZERO, &payload, LIMITS).map(|scan| scan.beams.len())
+        };
+        assert_eq!(good(|_| {}), Ok(72));
+        assert_eq!(good(|bytes| bytes[157] = 0), Err(NoScan::Geometry));
+        assert_eq!(good(|bytes| bytes[158..162].copy_from_slice(&f32::NAN.to_le_bytes())), Err(NoScan::Geometry));
+        assert_eq!(good(|bytes| bytes[162..166].copy_from_slice(&f32::INFINITY.to_le_bytes())), Err(NoScan::Geometry));
+        assert_eq!(good(|bytes| bytes[152..154].copy_from_slice(&900_u16.to_le_bytes())), Err(NoScan::Geometry));
+        assert_eq!(good(|bytes| bytes[166] = 20), Err(NoScan::Frame(20)));
+    }
+}

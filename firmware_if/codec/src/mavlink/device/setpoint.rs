@@ -1,4 +1,4 @@
-//! SET_POSITION_TARGET_LOCAL_NED (84) as ArduPilot Rover understands it (measured; see docs/conventions.md).
+//! SET_POSITION_TARGET_LOCAL_NED (84) as ArduPilot Rover 4.7 understands it: measured against its own simulator.
 
 use crate::mavlink::ned;
 use crate::mavlink::raw::Raw;

@@ -75,7 +75,7 @@ impl Lab {
         self.now = self.now + STEP;
         self.body.twist_b = self.rover.demand();
         self.body.pose_wb = self.body.pose_wb.advance(self.body.twist_b, STEP.as_secs_f64());
-        let scan = (self.scans && self.now.as_millis() % 100 == 0).then(|| self.scan());
+        let scan = (self.scans && self.now.as_millis().is_multiple_of(100)).then(|| self.scan());
         self.rover.step(self.now, &self.body, scan.as_ref());
         for (key, host) in &mut self.hosts {
             host.handle_timeout(self.now);
@@ -223,7 +223,7 @@ fn a_setpoint_kept_while_disarmed_in_guided_is_driven_on_arming_unless_hold_came
     rover.store(now, forward);
     assert_eq!(rover.demand(), Twist::ZERO, "disarmed");
     rover.obey(now, PeerKey(0), arm);
-    assert_eq!(rover.demand().speed_mps, 1.0, "the hazard");
+    assert_eq!(rover.demand(), Twist::new(1.0, 0.0), "the hazard");
     rover.set_mode(mode::HOLD);
     assert_eq!(rover.demand(), Twist::ZERO);
     rover.store(now, forward);
