@@ -4,7 +4,7 @@ use crate::OpenError;
 use crate::errno::{EACCES, EBUSY, EINVAL, EOPNOTSUPP, EPERM};
 use crate::socketcan::{no_can, raw_socket};
 use socketcan::CanInterface;
-use std::path::Path;
+use socketcan::nl::InterfaceDetails;
 
 /// Longest name of an interface (IFNAMSIZ less its end).
 const NAME_MAX: usize = 15;
@@ -35,22 +35,27 @@ impl VcanInterface {
         if !kernel_has_can() {
             return Err(no_can(name));
         }
-        let (interface, made) = match CanInterface::open(name) {
-            Ok(interface) => {
-                refuse_real(name)?;
-                (interface, false)
-            }
-            Err(_no_such_interface) => {
-                (CanInterface::create_vcan(name, None).map_err(|error| explain(name, &error))?, true)
-            }
-        };
-        let up = interface.bring_up().map_err(|error| explain(name, &error));
-        let this = Self { name: name.to_owned(), made: made.then_some(interface) };
-        // A virtual interface that is up already needs no permission.
-        match up {
-            Err(error) if made || !is_up(name) => Err(error),
-            Ok(()) | Err(_) => Ok(this),
+        match CanInterface::open(name) {
+            Ok(interface) => Self::use_present(name, &interface),
+            Err(_no_such_interface) => Self::make(name),
         }
+    }
+
+    fn use_present(name: &str, interface: &CanInterface) -> Result<Self, OpenError> {
+        let details = interface.details().map_err(|error| explain(name, &error))?;
+        refuse_real(name, &details)?;
+        if !details.is_up {
+            interface.bring_up().map_err(|error| explain(name, &error))?;
+        }
+        Ok(Self { name: name.to_owned(), made: None })
+    }
+
+    fn make(name: &str) -> Result<Self, OpenError> {
+        let interface = CanInterface::create_vcan(name, None).map_err(|error| explain(name, &error))?;
+        let up = interface.bring_up().map_err(|error| explain(name, &error));
+        // Whatever came of it: what was made goes with this.
+        let made = Self { name: name.to_owned(), made: Some(interface) };
+        up.map(|()| made)
     }
 
     /// The interface's name.
@@ -70,21 +75,17 @@ impl Drop for VcanInterface {
     }
 }
 
-fn refuse_real(name: &str) -> Result<(), OpenError> {
-    if Path::new("/sys/devices/virtual/net").join(name).exists() {
-        return Ok(());
+/// A controller has a clock and a state; a virtual interface has neither.
+fn refuse_real(name: &str, details: &InterfaceDetails) -> Result<(), OpenError> {
+    let advice = "give the robot of the simulation another interface name";
+    if details.mtu.is_none() {
+        return Err(OpenError::new(name, "an interface that is not CAN has this name", advice));
     }
-    Err(OpenError::new(
-        name,
-        "a real interface has this name, and a simulated firmware would speak to whatever hangs on it",
-        "give the robot of the simulation another interface name",
-    ))
-}
-
-fn is_up(name: &str) -> bool {
-    let flags = std::fs::read_to_string(Path::new("/sys/class/net").join(name).join("flags")).unwrap_or_default();
-    let flags = u32::from_str_radix(flags.trim().trim_start_matches("0x"), 16).unwrap_or_default();
-    flags & 1 == 1
+    if details.can.state.is_some() || details.can.clock.is_some() {
+        let why = "a real interface has this name, and a simulated firmware would speak to whatever hangs on it";
+        return Err(OpenError::new(name, why, advice));
+    }
+    Ok(())
 }
 
 fn explain(name: &str, error: &socketcan::Error) -> OpenError {

@@ -324,6 +324,17 @@ fn interface_named(name: &str) -> VcanInterface {
 }
 
 #[test]
+fn a_virtual_interface_that_is_down_is_brought_up_and_one_that_is_not_can_is_refused() {
+    let interface = interface();
+    CanInterface::open(interface.name()).unwrap().bring_down().unwrap();
+    let used = VcanInterface::create(interface.name()).unwrap();
+    let mut bus = SocketCanBus::open(used.name()).unwrap();
+    bus.send(&standard(0x111, &[1])).unwrap();
+    let error = VcanInterface::create("lo").unwrap_err();
+    assert!(error.why.contains("not CAN"), "{error}");
+}
+
+#[test]
 fn a_thousand_frames_arrive_in_order() {
     let interface = interface();
     let mut one = SocketCanBus::open(interface.name()).unwrap();

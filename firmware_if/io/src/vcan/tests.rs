@@ -1,6 +1,7 @@
 //! What needs a kernel with CAN is in `tests/vcan.rs`.
 
 use super::*;
+use socketcan::nl::{CanState, Mtu};
 
 #[test]
 fn names_that_cannot_be_an_interface_are_refused_before_anything_is_made() {
@@ -12,8 +13,12 @@ fn names_that_cannot_be_an_interface_are_refused_before_anything_is_made() {
 
 #[test]
 fn a_real_interface_is_never_used_for_a_simulation() {
-    assert!(refuse_real("lo").is_ok(), "lo is virtual");
-    assert!(refuse_real("no-such-one").unwrap_err().why.contains("real interface"));
+    let mut details = InterfaceDetails::new(7);
+    assert!(refuse_real("eth0", &details).unwrap_err().why.contains("not CAN"));
+    details.mtu = Some(Mtu::Fd);
+    assert_eq!(refuse_real("vcan0", &details), Ok(()));
+    details.can.state = Some(CanState::Stopped);
+    assert!(refuse_real("can0", &details).unwrap_err().why.contains("a real interface"));
 }
 
 #[test]
@@ -21,10 +26,4 @@ fn what_the_kernel_answers_becomes_advice() {
     let explained = |errno| explain("vcan7", &socketcan::Error::Io(std::io::Error::from_raw_os_error(errno))).advice;
     assert!(explained(EPERM).contains("sudo ip link add dev vcan7 type vcan"));
     assert!(explained(EOPNOTSUPP).contains("modprobe vcan"));
-}
-
-#[test]
-fn loopback_is_seen_to_be_up_and_an_absent_interface_is_not() {
-    assert!(is_up("lo"));
-    assert!(!is_up("no-such-one"));
 }
