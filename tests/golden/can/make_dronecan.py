@@ -110,7 +110,7 @@ def lidar(chance):
     for sector, distance in enumerate(distances):
         bearing = 10.0 * sector
         payload = PROXIMITY(sensor_id=7, reading_type=0 if distance is None else 2, flags=0,
-                            yaw=-bearing if bearing <= 180 else 360 - bearing, pitch=0.0, distance=distance or 0.0)
+                            yaw=0.0 - bearing if bearing <= 180 else 360 - bearing, pitch=0.0, distance=distance or 0.0)
         frames += frames_of(payload, source_node_id=42, transfer_id=sector % 32, transfer_priority=16)
     return {"sensor_id": 7, "node": 42, "distances_m": distances, "frames": frames}
 

@@ -14,13 +14,16 @@
 //! run down; the motor frames come every 100 ms and not every 20 ms, to spare a simulated bus
 //! ([`AgilexSimParams::motor_period`]).
 
+#[cfg(test)]
+mod tests;
+
 use super::BodyState;
 use drover_codec::can::agilex::Model;
 use drover_contract::{CanFrame, CanId, Stamp, Twist, WheelTravel};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use std::collections::VecDeque;
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_6, TAU};
 use std::time::Duration;
 
 /// "Communication protection" (Scout manual, table of 0x111).
@@ -57,7 +60,7 @@ impl AgilexSimParams {
     /// its ROS driver has it.
     const fn limits(&self) -> (f64, f64) {
         match self.model {
-            Model::Scout => (1.5, 0.5235),
+            Model::Scout => (1.5, FRAC_PI_6), // written 0.5235 there: 30 degrees
             Model::ScoutMini | Model::Bunker => (3.0, 2.5235),
             Model::Tracer => (1.8, 1.0),
             Model::Hunter => (1.5, 0.444),

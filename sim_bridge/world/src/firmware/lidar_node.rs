@@ -4,6 +4,9 @@
 //! other (and pydronecan proves both). A scan's sectors are sent one after the other over half the scan period: a
 //! burst would hold up everybody else on the bus, and a full period would make the last sector as old as the next scan.
 
+#[cfg(test)]
+mod tests;
+
 use drover_contract::{Beam, CanFrame, CanId, CanNode, Scan, Stamp, wrap};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -268,7 +271,7 @@ fn next(counter: &mut u8) -> u8 {
 fn crc(mut crc: u16, bytes: &[u8]) -> u16 {
     for bit in bytes.iter().flat_map(|byte| (0..8).rev().map(move |shift| u16::from(byte >> shift & 1))) {
         let feedback = crc >> 15 ^ bit;
-        crc = crc << 1 ^ feedback * 0x1021;
+        crc = (crc << 1) ^ (feedback * 0x1021);
     }
     crc
 }

@@ -160,7 +160,7 @@ impl AgilexHost {
         self.v1 = self.v1.filter(|seen| !stale(*seen));
         self.motion = self.motion.filter(|seen| !stale(*seen));
         if self.state.is_some_and(|(seen, _)| stale(seen)) {
-            self.state = None;
+            (self.state, self.motion) = (None, None); // the drive is lost, whatever else is still heard
             self.odometer.rebase();
             self.motor_states = [0; MOTORS as usize];
         }
