@@ -225,7 +225,8 @@ fn approach_speed(now_mps: f64, target_mps: f64, (accel_mps2, brake_mps2): (f64,
     if !turns_back {
         return target_mps;
     }
-    let left_s = dt_s - now_mps.abs() / brake_mps2;
+    // Rounding must not leave less than no time.
+    let left_s = (dt_s - now_mps.abs() / brake_mps2).max(0.0);
     let step = accel_mps2 * left_s;
     target_mps.clamp(-step, step)
 }

@@ -45,6 +45,17 @@ fn turning_back_brakes_first_and_then_speeds_up() {
 }
 
 #[test]
+fn a_step_that_ends_just_as_the_body_stands_leaves_it_standing() {
+    // Speeds that one step of braking brings to 0 but for rounding.
+    for n in 1..10_000 {
+        let (dt_s, brake_mps2) = (f64::from(n) * 1e-5, 420.0);
+        for now_mps in [brake_mps2 * dt_s, (brake_mps2 * dt_s).next_down()] {
+            assert!(approach_speed(now_mps, -1.0, (400.0, brake_mps2), dt_s).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
 fn a_demand_that_is_not_finite_is_a_stop() {
     let mut body = Body::new(params(), Pose::default(), 1, 1);
     drive(&mut body, Twist::new(1.0, 1.0), 0.01, 100);
