@@ -3,9 +3,6 @@
 use serde::Serialize;
 use std::fmt;
 
-/// Most problems that one report lists; a hostile file could make a million.
-const PROBLEMS_MAX: usize = 1_000;
-
 /// One thing that is wrong.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Problem {
@@ -47,17 +44,13 @@ impl std::error::Error for Problem {}
 pub struct Problems(pub Vec<Problem>);
 
 impl Problems {
-    /// `found`, ordered, each said once. Files keep the order in which they were met.
-    pub(crate) fn new(mut found: Vec<Problem>, files: &[&str]) -> Self {
+    /// `found`, ordered, each said once, and how many `more` there are. Files keep the order in which they were met.
+    pub(crate) fn new(mut found: Vec<Problem>, more: usize, files: &[&str]) -> Self {
         let place = |problem: &Problem| files.iter().position(|file| *file == problem.file);
         found.sort_by_cached_key(|problem| (place(problem), problem.line, problem.column, problem.key.clone()));
         found.dedup();
-        if found.len() > PROBLEMS_MAX {
-            let more = found.len() - PROBLEMS_MAX;
-            found.truncate(PROBLEMS_MAX);
-            if let Some(last) = found.last_mut() {
-                last.advice.push_str(&format!(" (and {more} more problems)"));
-            }
+        if let Some(last) = found.last_mut().filter(|_| more > 0) {
+            last.advice.push_str(&format!(" (and {more} more problems)"));
         }
         Self(found)
     }

@@ -31,11 +31,16 @@ impl Words {
     }
 }
 
+/// Most problems that are kept: a hostile file could make a million.
+const PROBLEMS_MAX: usize = 1_000;
+
 /// The sources that were read and what was found in them.
 #[derive(Debug, Default)]
 pub(crate) struct Report {
     sources: Vec<Source>,
     problems: Vec<Problem>,
+    /// Problems beyond those that are kept.
+    more: usize,
     /// Problems of unknown keys for which no neighbour was near: the whole tree is searched at the end.
     unknown: Vec<(usize, String)>,
     accepted: BTreeMap<String, KeyDoc>,
@@ -74,8 +79,7 @@ impl Report {
     /// A problem at `at`. On a line with a syntax error it would only be an echo, and is left out.
     pub(crate) fn push(&mut self, at: At, key: &str, words: Words) {
         if !self.source(at.source).is_broken_at(at.offset) {
-            let problem = self.problem(at, key, words);
-            self.problems.push(problem);
+            self.keep(at, key, words);
         }
     }
 
@@ -89,7 +93,7 @@ impl Report {
     pub(crate) fn push_file(&mut self, file: &str, words: Words) {
         let Words { found, expected, advice } = words;
         let file = file.to_owned();
-        self.problems.push(Problem { file, line: None, column: None, key: String::new(), found, expected, advice });
+        self.store(Problem { file, line: None, column: None, key: String::new(), found, expected, advice });
     }
 
     /// A key is missing in the table at `at`. A syntax error in the same file may have hidden it: then nothing is said.
@@ -105,6 +109,10 @@ impl Report {
         if self.source(at.source).is_broken_at(at.offset) {
             return;
         }
+        if self.is_full() {
+            self.more += 1; // looking for its neighbours would take long, for nobody
+            return;
+        }
         let leaf = key.rsplit('.').next().unwrap_or(key);
         let advice = match nearest(leaf, known.iter().copied()) {
             Some(near) => format!("did you mean '{near}'?"),
@@ -114,28 +122,33 @@ impl Report {
             }
         };
         let expected = shorten_list(known);
-        let problem = self.problem(at, key, Words::new("an unknown key", expected, advice));
-        self.problems.push(problem);
+        self.keep(at, key, Words::new("an unknown key", expected, advice));
     }
 
     /// A syntax error; the parser's words.
     pub(crate) fn syntax(&mut self, at: At, message: &str) {
+        self.sources[at.source].mark_broken(at.offset);
+        if self.is_full() {
+            self.more += 1;
+            return;
+        }
         let text = self.source(at.source);
         let rest = text.slice(at.offset, text.text().len()).lines().next().unwrap_or_default().trim();
         let found = if rest.is_empty() { "the end of the line".to_owned() } else { format!("`{}`", shorten(rest)) };
-        let message = message.lines().collect::<Vec<_>>().join(", ");
-        let words = Words::new(found, format!("TOML ({message})"), "correct the syntax");
-        let problem = self.problem(at, "", words);
-        self.problems.push(problem);
-        self.sources[at.source].mark_broken(at.offset);
+        let words = if message.contains("duplicate key") {
+            Words::new(found, "each key once", "remove one of the two")
+        } else {
+            let message = message.lines().collect::<Vec<_>>().join(", ");
+            Words::new(found, format!("TOML ({message})"), "correct the syntax")
+        };
+        self.keep(at, "", words);
     }
 
     /// Nesting that no configuration has.
     pub(crate) fn too_deep(&mut self, at: At) {
         let words = Words::new("deeper nesting", guard::depth_allowed(), "remove it; no key lies that deep");
-        let problem = self.problem(at, "", words);
-        self.problems.push(problem);
         self.sources[at.source].mark_broken(at.offset);
+        self.keep(at, "", words);
     }
 
     /// `value` if nothing is wrong, else everything that is.
@@ -144,15 +157,28 @@ impl Report {
         let files: Vec<&str> = self.sources.iter().map(|source| source.name.as_str()).collect();
         match value {
             Some(value) if self.problems.is_empty() => Ok(value),
-            Some(_) | None => Err(Problems::new(self.problems, &files)),
+            Some(_) | None => Err(Problems::new(self.problems, self.more, &files)),
         }
     }
 
-    fn problem(&self, at: At, key: &str, words: Words) -> Problem {
+    /// Whether more problems are only counted.
+    pub(crate) fn is_full(&self) -> bool {
+        self.problems.len() >= PROBLEMS_MAX
+    }
+
+    fn store(&mut self, problem: Problem) {
+        if self.is_full() {
+            self.more += 1;
+        } else {
+            self.problems.push(problem);
+        }
+    }
+
+    fn keep(&mut self, at: At, key: &str, words: Words) {
         let source = self.source(at.source);
         let (line, column) = source.position(at.offset).unzip();
         let Words { found, expected, advice } = words;
-        Problem { file: source.name.clone(), line, column, key: key.to_owned(), found, expected, advice }
+        self.store(Problem { file: source.name.clone(), line, column, key: key.to_owned(), found, expected, advice });
     }
 
     /// A key in the wrong table is common: its right place is named.

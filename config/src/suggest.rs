@@ -3,7 +3,8 @@
 /// The candidate nearest to `word`, if it is near enough to be a slip: at most a third of the letters.
 pub(crate) fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let limit = (word.chars().count() / 3).clamp(1, 4);
-    let scored = candidates.map(|candidate| (distance(word, candidate), candidate));
+    let fits = |candidate: &&str| candidate.len().abs_diff(word.len()) <= 4 * limit;
+    let scored = candidates.filter(fits).map(|candidate| (distance(word, candidate), candidate));
     scored.filter(|(edits, _)| *edits <= limit).min().map(|(_, candidate)| candidate)
 }
 

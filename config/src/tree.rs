@@ -86,16 +86,25 @@ impl Node {
     pub(crate) fn nearest(&self, path: &KeyPath) -> &Self {
         let mut node = self;
         for step in &path.0 {
-            let next = match step {
-                Step::Key(key) => node.get(key),
-                Step::Index(index) => node.items().and_then(|items| items.get(*index)),
-            };
-            match next {
-                Some(next) => node = next,
+            match node.child(step) {
+                Some(child) => node = child,
                 None => return node,
             }
         }
         node
+    }
+
+    /// Whether the file says anything at `path`.
+    pub(crate) fn has(&self, path: &str) -> bool {
+        let steps = KeyPath::parse(path).map(|path| path.0).unwrap_or_default();
+        steps.iter().try_fold(self, |node, step| node.child(step)).is_some()
+    }
+
+    fn child(&self, step: &Step) -> Option<&Self> {
+        match step {
+            Step::Key(key) => self.get(key),
+            Step::Index(index) => self.items()?.get(*index),
+        }
     }
 
     /// What a problem calls this.

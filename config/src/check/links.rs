@@ -5,7 +5,7 @@ use crate::path::join;
 use crate::read::robot::{RobotParts, mavlink_address, tunnel_ports};
 use crate::report::Words;
 use crate::{BeaconPlane, Links};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 impl Checker<'_> {
     /// Each address, local port and interface of `robots` once, and none of them the beacons' port.
@@ -14,9 +14,14 @@ impl Checker<'_> {
         if let Some(beacon) = beacon {
             used.insert(format!("UDP port {}", beacon.port), "beacon.port".to_owned());
         }
+        let mut ids = BTreeSet::new();
         for robot in robots {
+            let again = robot.id.is_some_and(|id| !ids.insert(id));
             for (key, link) in entries(robot) {
                 let path = join(&robot.path, &format!("links.{key}"));
+                if again && !self.root.has(&path) {
+                    continue; // it follows from an id that is already said to be taken
+                }
                 for use_ in uses(link) {
                     self.use_once(&mut used, &path, link, use_);
                 }

@@ -36,7 +36,7 @@ impl Checker<'_> {
     }
 
     fn kind_is_known(&mut self, robot: &RobotParts, kinds: &BTreeMap<String, KindParts>) {
-        let Some(name) = &robot.kind else { return };
+        let Some(name) = robot.kind.as_ref().filter(|_| !self.report.is_full()) else { return };
         let named = self.root.get("kinds").and_then(|kinds| kinds.fields());
         if kinds.contains_key(name) || named.is_some_and(|named| named.contains_key(name)) {
             return; // a kind that is there but wrong has its own problems

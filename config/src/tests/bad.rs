@@ -1,10 +1,10 @@
 //! What is wrong is said with its place, its key and what to do; and all of it at once.
 
-use super::shipped;
+use super::good;
 use crate::{Problem, check_file, load_robot, load_swarm};
 use std::path::{Path, PathBuf};
 
-/// A folder with copies of the shipped files, one of which is changed.
+/// A folder with copies of the good files, one of which is changed.
 struct Bench {
     folder: tempfile::TempDir,
 }
@@ -16,7 +16,7 @@ impl Bench {
         for file in files {
             let to = folder.path().join(file);
             std::fs::create_dir_all(to.parent().expect("a parent")).expect("made");
-            std::fs::copy(shipped(file), to).expect("copied");
+            std::fs::copy(good(file), to).expect("copied");
         }
         Self { folder }
     }
@@ -40,7 +40,7 @@ impl Bench {
     }
 }
 
-/// A change to a shipped file and what must be said about it.
+/// A change to a good file and what must be said about it.
 struct Case {
     file: &'static str,
     old: &'static str,
@@ -259,40 +259,40 @@ fn places_ids_and_links_that_collide_are_refused() {
         ),
         (
             SWARM,
-            "x_m = 1.4, y_m = 6.0",
-            "x_m = 3.0, y_m = 5.5",
+            "{ x_m = 1.4, y_m = 6.0",
+            "{ x_m = 3.0, y_m = 5.5",
             "robot[3].start",
             Some(0),
             ["0.500 m from robot[2]", "0.840", "move"],
         ),
         (
             SWARM,
-            "x_m = 1.4, y_m = 6.0",
-            "x_m = 0.3, y_m = 6.0",
+            "{ x_m = 1.4, y_m = 6.0",
+            "{ x_m = 0.3, y_m = 6.0",
             "robot[3].start",
             Some(0),
             ["0.300 m from polygons[0]", "0.42", "wall"],
         ),
         (
             SWARM,
-            "x_m = 1.4, y_m = 6.0",
-            "x_m = -4.0, y_m = 6.0",
+            "{ x_m = 1.4, y_m = 6.0",
+            "{ x_m = -4.0, y_m = 6.0",
             "robot[3].start",
             Some(0),
             ["outside of the enclosure", "free floor", "wall"],
         ),
         (
             SWARM,
-            "x_m = 1.4, y_m = 6.0",
-            "x_m = 7.0, y_m = 12.0",
+            "{ x_m = 1.4, y_m = 6.0",
+            "{ x_m = 7.0, y_m = 12.0",
             "robot[3].start",
             Some(0),
             ["inside polygons[1]", "free floor", "wall"],
         ),
         (
             SWARM,
-            "x_m = 1.4, y_m = 6.0",
-            "x_m = 23.0, y_m = 1.0",
+            "{ x_m = 1.4, y_m = 6.0",
+            "{ x_m = 23.0, y_m = 1.0",
             "robot[3].start",
             Some(0),
             ["inside circles[1]", "free floor", "wall"],
@@ -339,7 +339,22 @@ fn places_ids_and_links_that_collide_are_refused() {
             Some(0),
             ["[10.5, nan]", "a point [x, y]", "finite"],
         ),
-        (SWARM, "leader = 1", "waypoints_m = []\nleader = 1 #", "", None, ["waypoints_m", "TOML", "syntax"]),
+        (
+            SWARM,
+            "[[7.5, 5.2], [10.5, 7.2], [13.25, 9.2], [17.0, 9.8], [20.5, 9.5]]",
+            "[]",
+            "behaviour.waypoints_m",
+            Some(0),
+            ["a list of 0", "1..=10000 points", "add points"],
+        ),
+        (
+            SWARM,
+            "leader = 1",
+            "gain = 1\ngain = 2\nleader = 1 #",
+            "",
+            None,
+            ["gain = 2", "each key once", "remove one"],
+        ),
         (
             SWARM,
             "seed = 1",
@@ -408,6 +423,19 @@ fn everything_that_is_wrong_is_said_at_once_in_the_order_of_the_files() {
 }
 
 #[test]
+fn a_swarm_without_robots_says_so() {
+    let bench = Bench::new();
+    let text = std::fs::read_to_string(bench.path(SWARM)).expect("copied");
+    let (head, rest) = text.split_once("[[robot]]").expect("robots");
+    let (_, tail) = rest.split_once("[behaviour]").expect("a behaviour");
+    std::fs::write(bench.path(SWARM), format!("{head}[behaviour]{tail}")).expect("written");
+    let problems = bench.problems();
+    let keys: Vec<&str> = problems.iter().map(|problem| problem.key.as_str()).collect();
+    assert_eq!(keys, ["robot", "behaviour.leader"], "{problems:#?}");
+    assert_eq!(problems[0].found, "no robot");
+}
+
+#[test]
 fn a_wrong_protocol_does_not_make_its_neighbours_unknown() {
     let bench = Bench::new();
     bench.replace(ROVER, "protocol = \"mavlink\"", "protocol = \"mavlnk\"");
@@ -430,9 +458,9 @@ fn a_file_that_is_named_and_cannot_be_read_is_said_where_it_is_named() {
 #[test]
 fn a_robot_file_is_checked_like_a_swarm() {
     let bench = Bench::new();
-    let swarm = load_swarm(&bench.path(SWARM), &[]).expect("shipped");
+    let swarm = load_swarm(&bench.path(SWARM), &[]).expect("good");
     let path = bench.path("robot.toml");
-    let mut file = swarm.robot_file(3).expect("shipped");
+    let mut file = swarm.robot_file(3).expect("good");
     file.peers[1].id = 3;
     file.peers[2].id = 1;
     file.robot.kind = "rover".to_owned();

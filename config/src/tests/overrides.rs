@@ -1,6 +1,6 @@
 //! `--set`: any key, checked like the file.
 
-use super::shipped;
+use super::good;
 use crate::{Behaviour, LidarLink, Override, Problem, Swarm, load_robot, load_swarm};
 
 fn sets(texts: &[&str]) -> Vec<Override> {
@@ -8,12 +8,12 @@ fn sets(texts: &[&str]) -> Vec<Override> {
 }
 
 fn with(texts: &[&str]) -> Swarm {
-    load_swarm(&shipped("swarms/first.toml"), &sets(texts)).unwrap_or_else(|problems| panic!("{problems}"))
+    load_swarm(&good("swarms/first.toml"), &sets(texts)).unwrap_or_else(|problems| panic!("{problems}"))
 }
 
 /// The one problem that `text` makes.
 fn refused(text: &str) -> Problem {
-    let problems = load_swarm(&shipped("swarms/first.toml"), &sets(&[text])).expect_err("refused").0;
+    let problems = load_swarm(&good("swarms/first.toml"), &sets(&[text])).expect_err("refused").0;
     let [problem] = problems.try_into().unwrap_or_else(|all: Vec<_>| panic!("one problem, not {all:#?}"));
     problem
 }
@@ -49,8 +49,8 @@ fn the_last_of_two_overrides_counts() {
 
 #[test]
 fn a_kind_and_a_world_can_be_exchanged_for_other_files() {
-    let rover = shipped("robots/rover_mavlink.toml");
-    let world = shipped("worlds/room.toml");
+    let rover = good("robots/rover_mavlink.toml");
+    let world = good("worlds/room.toml");
     let swarm = with(&[
         &format!("kinds.scout_mini={}", rover.display()),
         &format!("world={}", world.display()),
@@ -113,7 +113,7 @@ fn what_is_no_override_is_refused_before_any_file_is_read() {
 fn a_robot_file_takes_overrides_too() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("robot.toml");
-    let file = with(&[]).robot_file(3).expect("shipped");
+    let file = with(&[]).robot_file(3).expect("good");
     std::fs::write(&path, file.to_toml()).expect("written");
     let set = sets(&["robot.links.drive=can0", "kind.motion.speed_mps_max=0.8", "record_dir=/tmp/x"]);
     let read = load_robot(&path, &set).unwrap_or_else(|problems| panic!("{problems}"));
