@@ -22,9 +22,7 @@ use std::path::Path;
 /// # Errors
 /// [`Problems`]: everything that is wrong, in all files at once.
 pub fn load_swarm(path: &Path, overrides: &[Override]) -> Result<Swarm, Problems> {
-    let mut report = Report::default();
-    let swarm = read_swarm(&mut report, path, overrides);
-    report.finish(swarm)
+    load(path, overrides, read_swarm)
 }
 
 /// Reads the file of one robot in the field.
@@ -32,9 +30,7 @@ pub fn load_swarm(path: &Path, overrides: &[Override]) -> Result<Swarm, Problems
 /// # Errors
 /// [`Problems`]: everything that is wrong, at once.
 pub fn load_robot(path: &Path, overrides: &[Override]) -> Result<RobotFile, Problems> {
-    let mut report = Report::default();
-    let file = read_robot_file(&mut report, path, overrides);
-    report.finish(file)
+    load(path, overrides, read_robot_file)
 }
 
 /// Reads a robot kind.
@@ -42,9 +38,7 @@ pub fn load_robot(path: &Path, overrides: &[Override]) -> Result<RobotFile, Prob
 /// # Errors
 /// [`Problems`]: everything that is wrong, at once.
 pub fn load_kind(path: &Path) -> Result<Kind, Problems> {
-    let mut report = Report::default();
-    let kind = read_kind(&mut report, path, &[]);
-    report.finish(kind)
+    load(path, &[], read_kind)
 }
 
 /// Reads a world.
@@ -52,9 +46,16 @@ pub fn load_kind(path: &Path) -> Result<Kind, Problems> {
 /// # Errors
 /// [`Problems`]: everything that is wrong, at once.
 pub fn load_world(path: &Path) -> Result<World, Problems> {
+    load(path, &[], read_world)
+}
+
+/// How a sort of file is read, once it is a tree.
+pub(crate) type Read<T> = fn(&mut Report, Node, &[Override]) -> Option<T>;
+
+fn load<T>(path: &Path, overrides: &[Override], read: Read<T>) -> Result<T, Problems> {
     let mut report = Report::default();
-    let world = read_world(&mut report, path, &[]);
-    report.finish(world)
+    let value = include::read_root(&mut report, path).and_then(|root| read(&mut report, root, overrides));
+    report.finish(value)
 }
 
 /// A file of any kind that was read without problems.
@@ -105,12 +106,11 @@ pub fn check_file_with(path: &Path, overrides: &[Override]) -> Result<Checked, P
         report.push(root.at, "", Words::new("none of Drover's tables", expected, advice));
         return report.finish(None);
     };
-    let mut report = Report::default();
     let checked = match sort {
-        Sort::Swarm => read_swarm(&mut report, path, overrides).map(|swarm| Checked::Swarm(Box::new(swarm))),
-        Sort::Robot => read_robot_file(&mut report, path, overrides).map(|file| Checked::Robot(Box::new(file))),
-        Sort::Kind => read_kind(&mut report, path, overrides).map(|kind| Checked::Kind(Box::new(kind))),
-        Sort::World => read_world(&mut report, path, overrides).map(|world| Checked::World(Box::new(world))),
+        Sort::Swarm => read_swarm(&mut report, root, overrides).map(|swarm| Checked::Swarm(Box::new(swarm))),
+        Sort::Robot => read_robot_file(&mut report, root, overrides).map(|file| Checked::Robot(Box::new(file))),
+        Sort::Kind => read_kind(&mut report, root, overrides).map(|kind| Checked::Kind(Box::new(kind))),
+        Sort::World => read_world(&mut report, root, overrides).map(|world| Checked::World(Box::new(world))),
     };
     report.finish(checked)
 }
@@ -142,14 +142,13 @@ impl Sort {
     }
 }
 
-/// The tree of the file at `path`: changed by `overrides`, with the files that it names in their places.
-fn read_tree(report: &mut Report, path: &Path, overrides: &[Override], expand: Expand) -> Option<Node> {
-    let mut root = include::read_root(report, path)?;
+/// The tree `root`: changed by `overrides`, with the files that it names in their places.
+fn resolve(report: &mut Report, mut root: Node, overrides: &[Override], expand: Expand) -> Node {
     let (before, after): (Vec<_>, Vec<_>) = overrides.iter().partition(|change| change.names_file());
     before.iter().for_each(|change| change.apply(report, &mut root));
     expand(report, &mut root);
     after.iter().for_each(|change| change.apply(report, &mut root));
-    Some(root)
+    root
 }
 
 type Expand = fn(&mut Report, &mut Node);
@@ -157,22 +156,22 @@ type Expand = fn(&mut Report, &mut Node);
 /// Kinds and worlds name no files.
 fn expand_nothing(_report: &mut Report, _root: &mut Node) {}
 
-pub(crate) fn read_kind(report: &mut Report, path: &Path, overrides: &[Override]) -> Option<Kind> {
-    let root = read_tree(report, path, overrides, expand_nothing)?;
+pub(crate) fn read_kind(report: &mut Report, root: Node, overrides: &[Override]) -> Option<Kind> {
+    let root = resolve(report, root, overrides, expand_nothing);
     let kind = read_table(report, &root, ("", ""), |table| kind::kind(table, None))?.kind()?;
     Checker { report, root: &root }.kind("", &kind);
     Some(kind)
 }
 
-pub(crate) fn read_world(report: &mut Report, path: &Path, overrides: &[Override]) -> Option<World> {
-    let root = read_tree(report, path, overrides, expand_nothing)?;
+pub(crate) fn read_world(report: &mut Report, root: Node, overrides: &[Override]) -> Option<World> {
+    let root = resolve(report, root, overrides, expand_nothing);
     let parts = read_table(report, &root, ("", ""), world::world)?;
     Checker { report, root: &root }.world("", &parts);
     parts.world()
 }
 
-pub(crate) fn read_swarm(report: &mut Report, path: &Path, overrides: &[Override]) -> Option<Swarm> {
-    let root = read_tree(report, path, overrides, include::expand_swarm)?;
+pub(crate) fn read_swarm(report: &mut Report, root: Node, overrides: &[Override]) -> Option<Swarm> {
+    let root = resolve(report, root, overrides, include::expand_swarm);
     let parts = read_table(report, &root, ("", ""), swarm::swarm)?;
     let kinds = parts.tightened_kinds();
     check_swarm(&mut Checker { report, root: &root }, &parts, &kinds);
@@ -238,8 +237,8 @@ fn resolved(parts: SwarmParts, kinds: BTreeMap<String, Kind>) -> Option<Swarm> {
     })
 }
 
-pub(crate) fn read_robot_file(report: &mut Report, path: &Path, overrides: &[Override]) -> Option<RobotFile> {
-    let root = read_tree(report, path, overrides, include::expand_robot_file)?;
+pub(crate) fn read_robot_file(report: &mut Report, root: Node, overrides: &[Override]) -> Option<RobotFile> {
+    let root = resolve(report, root, overrides, include::expand_robot_file);
     let parts = read_table(report, &root, ("", ""), robot::robot_file)?;
     check_robot_file(&mut Checker { report, root: &root }, &parts);
     if !report.is_clean() {

@@ -1,10 +1,10 @@
 //! docs/configuration.md and the reader must agree: every key, its range and its default.
 
 use super::shipped;
-use crate::Override;
-use crate::load;
 use crate::report::{KeyDoc, Report};
+use crate::{Override, include, load};
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
 /// Keys by section of the page.
 type Keys = BTreeMap<(&'static str, String), KeyDoc>;
@@ -62,17 +62,17 @@ fn accepted() -> Keys {
     let mut keys = Keys::new();
     for kind in ["robots/rover_mavlink.toml", "robots/scout_mini.toml"] {
         let mut report = Report::default();
-        assert!(load::read_kind(&mut report, &shipped(kind), &[]).is_some());
+        assert!(read(&mut report, &shipped(kind), &[], load::read_kind).is_some());
         keep(&mut keys, KIND, &report, &[]);
     }
     let mut report = Report::default();
-    assert!(load::read_world(&mut report, &shipped("worlds/room.toml"), &[]).is_some());
+    assert!(read(&mut report, &shipped("worlds/room.toml"), &[], load::read_world).is_some());
     keep(&mut keys, WORLD, &report, &[]);
     let path = shipped("swarms/first.toml");
     let mut report = Report::default();
-    let swarm = load::read_swarm(&mut report, &path, &[]).expect("shipped");
+    let swarm = read(&mut report, &path, &[], load::read_swarm).expect("shipped");
     let tighter = ["motion.margin_m=0.5", "timeouts.scan_ms=250"].map(|set| Override::parse(set).expect("a key"));
-    assert!(load::read_swarm(&mut report, &path, &tighter).is_some());
+    assert!(read(&mut report, &path, &tighter, load::read_swarm).is_some());
     keep(&mut keys, SWARM, &report, &["kinds.NAME.", "world."]);
     keep_robot_file(&mut keys, &swarm);
     keys
@@ -84,8 +84,13 @@ fn keep_robot_file(keys: &mut Keys, swarm: &crate::Swarm) {
     let file = swarm.robot_file(3).expect("shipped");
     std::fs::write(&path, file.to_toml()).expect("written");
     let mut report = Report::default();
-    assert!(load::read_robot_file(&mut report, &path, &[]).is_some());
+    assert!(read(&mut report, &path, &[], load::read_robot_file).is_some());
     keep(keys, ROBOT_FILE, &report, &["kind.", "behaviour.", "beacon.", "robot."]);
+}
+
+/// Reads the file at `path` as one sort of file.
+fn read<T>(report: &mut Report, path: &Path, set: &[Override], read: load::Read<T>) -> Option<T> {
+    include::read_root(report, path).and_then(|root| read(report, root, set))
 }
 
 /// Keeps the keys of `report`, but for those under `elsewhere`, which another section lists.
