@@ -11,7 +11,7 @@ use std::time::Duration;
 /// How well a pose fix or a surveyed start is known, metres.
 const BOUND_M_KNOWN: f64 = 0.05;
 /// What dead reckoning loses per metre travelled, metres.
-const BOUND_PER_M: f64 = 0.01;
+const BOUND_PER_M: f64 = 0.02;
 /// Odometry is carried over a gap in it of this length at most.
 const GAP_S_MAX: f64 = 0.5;
 /// Wheels that claim to have rolled farther between two messages have started to count anew, metres.

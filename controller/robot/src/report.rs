@@ -23,6 +23,8 @@ pub struct View {
     pub reason: String,
     /// Where it believes to be.
     pub pose_wb: Option<Pose>,
+    /// It is within this distance of there, metres, as far as it knows.
+    pub pos_bound_m: f64,
     /// Measured speed along its heading, m/s.
     pub speed_mps: f64,
     /// The nearest thing its lidar sees, metres from its centre.
@@ -67,6 +69,7 @@ impl View {
             state: status.state.word().into(),
             reason: status.verdict.to_string(),
             pose_wb: Some(status.pose_wb).filter(|pose| pose.is_finite()),
+            pos_bound_m: status.pos_bound_m,
             speed_mps: status.twist_b.speed_mps,
             nearest_m: status.nearest_m,
             scan_age_ms: status.scan_age.map(|age| millis(age + since_tick)),

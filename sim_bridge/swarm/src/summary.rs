@@ -66,6 +66,8 @@ pub struct RobotSummary {
     pub end_distance_m: f64,
     /// From where it believed to be at the end to where it was, metres.
     pub pose_error_m: Option<f64>,
+    /// The distance it believed to be within, metres.
+    pub pos_bound_m: Option<f64>,
     /// Smallest true gap to another body, metres.
     pub min_gap_robot_m: Option<f64>,
     /// Smallest true gap to a wall, metres.
@@ -141,6 +143,7 @@ pub(crate) fn robot_summary(swarm: &Swarm, index: usize, plant: &Plant, tally: &
         path_m: truth.path_m,
         end_distance_m,
         pose_error_m: believed.map(|pose| (pose.position() - truth.pose_wb.position()).norm()),
+        pos_bound_m: view.map(|view| view.pos_bound_m),
         min_gap_robot_m: truth.gap_robot_m_min,
         min_gap_wall_m: truth.gap_wall_m_min,
         ticks: view.map_or(0, |view| view.ticks),

@@ -14,23 +14,20 @@
 //! run down; the motor frames come every 100 ms and not every 20 ms, to spare a simulated bus
 //! ([`AgilexSimParams::motor_period`]).
 
-#[cfg(test)]
-mod tests;
+mod schedule;
 
 use super::BodyState;
 use drover_codec::can::agilex::Model;
 use drover_contract::{CanFrame, CanId, Stamp, Twist, WheelTravel};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
+use schedule::Schedule;
 use std::collections::VecDeque;
-use std::f64::consts::{FRAC_PI_6, TAU};
+use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, TAU};
 use std::time::Duration;
 
 /// "Communication protection" (Scout manual, table of 0x111).
 const WATCHDOG: Duration = Duration::from_millis(500);
-const FAST: Duration = Duration::from_millis(20);
-const STATE_PERIOD: Duration = Duration::from_millis(100);
-const BMS_PERIOD: Duration = Duration::from_millis(500);
 /// Wheels of a Scout Mini: 175 mm across.
 const WHEEL_RADIUS_M: f64 = 0.0875;
 /// Frames that wait to be sent; far more than one step makes.
@@ -56,13 +53,13 @@ impl AgilexSimParams {
         Self { model, track_m, motor_period: Duration::from_millis(100), boot: Duration::from_secs(1) }
     }
 
-    /// Fastest forward (m/s) and turn (rad/s): ugv_sdk's limits; the Tracer's speed by its manual v1.2, its turn as
-    /// its ROS driver has it.
+    /// Fastest forward (m/s) and turn (rad/s): ugv_sdk's limits (which write 0.5235 for 30 degrees), and for the
+    /// Tracer what 100 % means in its manual v1.2 (0.7853 for 45 degrees).
     const fn limits(&self) -> (f64, f64) {
         match self.model {
-            Model::Scout => (1.5, FRAC_PI_6), // written 0.5235 there: 30 degrees
+            Model::Scout => (1.5, FRAC_PI_6),
             Model::ScoutMini | Model::Bunker => (3.0, 2.5235),
-            Model::Tracer => (1.8, 1.0),
+            Model::Tracer => (1.5, FRAC_PI_4),
             Model::Hunter => (1.5, 0.444),
         }
     }
@@ -83,41 +80,6 @@ enum Authority {
     Can,
     Uart,
     Remote,
-}
-
-/// A frame that is due again and again.
-#[derive(Clone, Copy, Debug)]
-struct Periodic {
-    due: Stamp,
-    period: Duration,
-}
-
-impl Periodic {
-    /// Whether it is due; if so, it is next due a period later. Missed turns are not made up for.
-    fn take(&mut self, now: Stamp) -> bool {
-        if now < self.due {
-            return false;
-        }
-        let next = self.due + self.period;
-        self.due = if next > now { next } else { now + self.period };
-        true
-    }
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Schedule {
-    state: Periodic,
-    fast: Periodic,
-    motors: Periodic,
-    bms: Periodic,
-}
-
-impl Schedule {
-    fn new(params: &AgilexSimParams, start: Stamp) -> Self {
-        let every = |period| Periodic { due: start, period };
-        let state = if params.model == Model::Tracer { FAST } else { STATE_PERIOD };
-        Self { state: every(state), fast: every(FAST), motors: every(params.motor_period), bms: every(BMS_PERIOD) }
-    }
 }
 
 /// A virtual chassis. Pure: frames and its body's state in, frames and a demanded twist out.
@@ -401,3 +363,6 @@ const fn at_power_on(model: Model) -> Authority {
 fn milli_i16(value: f64) -> [u8; 2] {
     ((value * 1000.0).round() as i16).to_be_bytes()
 }
+
+#[cfg(test)]
+mod tests;

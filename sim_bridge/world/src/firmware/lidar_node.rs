@@ -4,9 +4,6 @@
 //! other (and pydronecan proves both). A scan's sectors are sent one after the other over half the scan period: a
 //! burst would hold up everybody else on the bus, and a full period would make the last sector as old as the next scan.
 
-#[cfg(test)]
-mod tests;
-
 use drover_contract::{Beam, CanFrame, CanId, CanNode, Scan, Stamp, wrap};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -288,3 +285,6 @@ fn half(value: f64) -> [u8; 2] {
     let rebased = (rounded >> 13) - ((127 - 15) << 10);
     (sign | rebased as u16).to_le_bytes()
 }
+
+#[cfg(test)]
+mod tests;

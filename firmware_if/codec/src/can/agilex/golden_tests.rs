@@ -126,10 +126,12 @@ fn a_battery_of_a_hunter_counts_in_hundredths_of_a_volt() {
 
 proptest! {
     #[test]
-    fn any_frame_is_read_or_refused_and_what_is_read_is_written_back(id in 0_u16..=0x7FF, data: [u8; 8], len in 0_usize..=8) {
+    fn any_frame_is_read_or_refused_and_what_is_read_is_written_back(
+        id in 0_u16..=0x7FF, data: [u8; 8], len in 0_usize..=8
+    ) {
         let frame = CanFrame::new(drover_contract::CanId::Standard(id), &data[..len]).unwrap();
         match ChassisFrame::parse(&frame) {
-            // The last two bytes of a slow motor frame and byte 6 of the remote control are reserved; v1 is not written.
+            // Bytes 6 and 7 of a slow motor frame and byte 6 of the remote control are reserved; v1 is not written.
             Ok(ChassisFrame::V1 | ChassisFrame::Remote(_) | ChassisFrame::MotorSlow { .. }) | Err(_) => {}
             Ok(parsed) => prop_assert_eq!(parsed.emit(), frame),
         }

@@ -11,14 +11,13 @@
 //! so that nothing moves after a return before a fresh command (invariant 3).
 
 use super::odometer::Odometer;
-use super::wire::{ChassisFrame, HostFrame, MOTORS, Motion, SystemState, Vehicle};
+use super::verdict::{Ask, error_text, verdict};
+use super::wire::{ChassisFrame, HostFrame, MOTORS, Motion, SystemState};
 use super::{Mode, Model};
 use crate::can::queue::Queue;
-use drover_contract::{Battery, CanFrame, DriveState, Event, Odometry, SafeCommand, Severity, Stamp, Twist, Watchdog};
+use drover_contract::{Battery, CanFrame, DriveState, Event, Odometry, SafeCommand, Severity, Stamp, Twist};
 use std::time::Duration;
 
-/// The maker's command watchdog: speed 0 this long after the last 0x111 (Scout manual, "communication protection").
-const WATCHDOG: Duration = Duration::from_millis(500);
 /// How often a mode command or an error clearing is repeated until 0x211 shows its effect (0x211 comes every 100 ms).
 const RETRY: Duration = Duration::from_millis(250);
 /// Wheel counters older than this are not reported with a twist: they come as often as it does, every 20 ms.
@@ -65,19 +64,6 @@ pub struct AgilexCounters {
     pub odometer_rebases: u64,
     /// Frames or events dropped because nobody took them.
     pub overflows: u64,
-}
-
-/// What the host does to get on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Ask {
-    /// Nothing: it is ready, or it is not ours to change.
-    Nothing,
-    /// Ask for CAN mode.
-    Enable,
-    /// Clear latched errors.
-    ClearErrors,
-    /// Both: in standby only a mode command is obeyed, so the clearing must come after it.
-    EnableAndClear,
 }
 
 /// One chassis, seen from its robot. Sans-IO: frames in, frames and events out, time as an argument.
@@ -367,36 +353,6 @@ impl AgilexHost {
     fn drop_motions(&mut self) {
         self.outputs.retain(|frame| !matches!(HostFrame::parse(frame), Ok(HostFrame::Motion(_))));
     }
-}
-
-/// What a system state means for us: how far the drive is, and what to ask of it.
-fn verdict(model: Model, state: SystemState, mode: Mode) -> (DriveState, Ask) {
-    let refused = |why: String, ask| (DriveState::Refused(why), ask);
-    match (state.vehicle, mode) {
-        (Vehicle::EmergencyStop, _) => refused("emergency stop pressed: release the button".into(), Ask::Nothing),
-        (Vehicle::Exception, _) => {
-            let errors = error_text(model, state.errors);
-            let ask = if mode == Mode::Can { Ask::ClearErrors } else { Ask::EnableAndClear };
-            refused(format!("exception: {errors}; clearing it again and again"), ask)
-        }
-        (Vehicle::Other(other), _) => refused(format!("unlisted vehicle state {other}"), Ask::Nothing),
-        (Vehicle::Normal, Mode::Can) => (DriveState::Ready(Watchdog::Fixed(WATCHDOG)), Ask::Nothing),
-        (Vehicle::Normal, Mode::Standby) => (DriveState::BringUp("in standby: asking for CAN mode"), Ask::Enable),
-        (Vehicle::Normal, Mode::RemoteControl) => {
-            let ask = if model.starts_in_remote_control() { Ask::Enable } else { Ask::Nothing };
-            refused("the remote control has it: switch it to command mode".into(), ask)
-        }
-        (Vehicle::Normal, Mode::Uart) => refused("under serial control: asking for CAN mode".into(), Ask::Enable),
-        (Vehicle::Normal, Mode::Other(other)) => {
-            refused(format!("in unlisted mode {other}: asking for CAN mode"), Ask::Enable)
-        }
-    }
-}
-
-fn error_text(model: Model, bits: u16) -> String {
-    let names: Vec<_> = model.error_names(bits).collect();
-    let names = if names.is_empty() { "no named error".to_owned() } else { names.join(", ") };
-    format!("{names} (error bits 0x{bits:04X})")
 }
 
 /// The frame for `command`: SI to wire units, rounded. Every command within a chassis' limits fits in i16.

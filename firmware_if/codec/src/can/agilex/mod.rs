@@ -11,6 +11,7 @@ mod host;
 mod host_tests;
 mod model;
 mod odometer;
+mod verdict;
 pub mod wire;
 
 pub use host::{AgilexCounters, AgilexHost, AgilexParams};

@@ -156,7 +156,7 @@ impl Model {
     pub const fn wheel_mps_bound(self) -> f64 {
         match self {
             Self::Scout | Self::Hunter => 3.0,
-            Self::Tracer => 4.0,
+            Self::Tracer => 4.6, // 2.3 m/s without a load, says its manual
             Self::ScoutMini | Self::Bunker => 6.0,
         }
     }
