@@ -2,12 +2,14 @@
 """A ground station made with pymavlink that arms and drives a (virtual) rover and reads its scan.
 
     mavlink_gcs.py HOST:PORT [--system N] [--patience S]
+    mavlink_gcs.py HOST:PORT --watch S     only look on, for so long, while somebody else drives
 
 Prints one line of JSON on stdout and ends with 0 if everything was as it must be, else 1; `problems` says what was not.
 Needs pymavlink 2.4.50.
 """
 import argparse
 import json
+import math
 import os
 import sys
 import time
@@ -34,6 +36,8 @@ class Station:
         self.texts = []
         self.acks = {}
         self.next_heartbeat = 0.0
+        self.counts = {}
+        self.path = 0.0
 
     def pump(self, seconds):
         end = time.monotonic() + seconds
@@ -57,7 +61,12 @@ class Station:
         kind, component = message.get_type(), message.get_srcComponent()
         if message.get_srcSystem() != self.system:
             return
+        if component == 1 and kind == "LOCAL_POSITION_NED":
+            before = self.position()
+            self.path += 0.0 if before is None else math.dist(before, (message.x, message.y))
         self.newest[(component, kind)] = message
+        name = f"{component}/{kind}"
+        self.counts[name] = self.counts.get(name, 0) + 1
         if component == 1 and kind == "DISTANCE_SENSOR":
             self.sectors[message.orientation] = message.current_distance
         elif kind == "STATUSTEXT":
@@ -178,14 +187,28 @@ def look_around(station, report):
     report.check("bridge_heartbeat", bridge is not None, bridge is not None)
 
 
+def look_on(station, report, seconds):
+    station.pump(seconds)
+    beat, scan = station.get("HEARTBEAT"), station.get("OBSTACLE_DISTANCE", LIDAR_COMPONENT)
+    report.check("counts", dict(sorted(station.counts.items())), beat is not None and scan is not None)
+    report.check("path_m", round(station.path, 3), station.path > 0)
+    driven = beat is not None and bool(beat.base_mode & 128) and beat.custom_mode == GUIDED
+    report.check("armed_in_guided", driven, driven)
+    hits = [] if scan is None else [cm for cm in scan.distances if 0 < cm <= scan.max_distance]
+    report.check("scan_hits", len(hits), bool(hits))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("address")
     parser.add_argument("--system", type=int, default=1)
     parser.add_argument("--patience", type=float, default=30.0)
+    parser.add_argument("--watch", type=float, help="only look on, so many seconds")
     arguments = parser.parse_args()
     station, report = Station(arguments.address, arguments.system), Report()
-    if bring_up(station, report, arguments.patience):
+    if arguments.watch is not None:
+        look_on(station, report, arguments.watch)
+    elif bring_up(station, report, arguments.patience):
         drive_and_watch(station, report)
         look_around(station, report)
         result = station.command(ARM_DISARM, 0)

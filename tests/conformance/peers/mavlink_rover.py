@@ -50,6 +50,8 @@ class Rover:
             "heartbeats": 0, "setpoints": 0, "setpoints_driven": 0, "bad_setpoints": 0, "commands": [], "frames": 0,
             "bad_frames": 0, "first_armed_s": None, "first_setpoint_s": None, "last_setpoint_s": None,
             "setpoint_gap_s_max": 0.0, "speed_mps_max": 0.0, "path_m": 0.0, "sources": [], "sequence_gaps": 0,
+            "setpoint_kinds": [], "asked_mps_max": 0.0, "last_moving_setpoint_s": None, "standing_setpoints": 0,
+            "last_scan_s": None, "disarmed_s": None, "speed_mps_at_disarm": None,
         }
         self.sequence = {}
 
@@ -114,6 +116,7 @@ class Rover:
                 result = 4
                 self.text(2, "Arm: waiting for a position")
             else:
+                self.note_disarm(p1 == 1)
                 self.armed = p1 == 1
                 if self.armed and self.report["first_armed_s"] is None:
                     self.report["first_armed_s"] = round(self.time(), 3)
@@ -123,6 +126,11 @@ class Rover:
             result = 3
         self.send(self.autopilot, mav.MAVLink_command_ack_message(
             message.command, result, 0, 0, message.get_srcSystem(), message.get_srcComponent()))
+
+    def note_disarm(self, armed):
+        if self.armed and not armed:
+            self.report["disarmed_s"] = round(self.time(), 3)
+            self.report["speed_mps_at_disarm"] = round(self.speed, 3)
 
     def set_interval(self, message, interval_us):
         if message not in self.spacing or message == 330 or 0 < interval_us < 25000:
@@ -139,6 +147,7 @@ class Rover:
         else:
             report["setpoint_gap_s_max"] = round(max(report["setpoint_gap_s_max"], now - report["last_setpoint_s"]), 3)
         report["last_setpoint_s"] = round(now, 3)
+        self.note_kind(message, now)
         numbers = (message.vx, message.vy, message.yaw_rate)
         if message.type_mask != 1479 or message.coordinate_frame not in (1, 7, 8, 9) or \
                 not all(map(math.isfinite, numbers)) or message.target_system != self.arguments.system:
@@ -148,6 +157,18 @@ class Rover:
             report["setpoints_driven"] += self.armed
             speed = math.copysign(math.hypot(message.vx, message.vy), message.vx)
             self.target, self.target_at = (speed, message.yaw_rate), now
+
+    def note_kind(self, message, now):
+        """What was asked for, how, and since when nothing but to stand."""
+        report = self.report
+        kind = [message.coordinate_frame, message.type_mask]
+        if kind not in report["setpoint_kinds"]:
+            report["setpoint_kinds"].append(kind)
+        if message.vx != 0.0 or message.vy != 0.0 or message.yaw_rate != 0.0:
+            report["last_moving_setpoint_s"], report["standing_setpoints"] = round(now, 3), 0
+            report["asked_mps_max"] = round(max(report["asked_mps_max"], message.vx), 3)
+        else:
+            report["standing_setpoints"] += 1
 
     def move(self, dt):
         fresh = self.time() - self.target_at < SETPOINT_TIMEOUT
@@ -190,6 +211,7 @@ class Rover:
             self.send(self.autopilot, mav.MAVLink_battery_status_message(
                 0, 1, 1, 32767, [12600] + [65535] * 9, 150, -1, -1, 90))
         elif message == 330 and now < self.arguments.stop_scan_after:
+            self.report["last_scan_s"] = round(now, 3)
             distances = [801] * 72
             if self.arguments.obstacle_m is not None:
                 distances[4] = round(self.arguments.obstacle_m * 100)

@@ -6,6 +6,7 @@
 
 Each row holds the fields of one transfer and its frames as candump writes them. Half floats are listed twice: the
 number given, and the sixteen bits that pydronecan makes of it. The seed is fixed: the same file comes out every time.
+With --check before the file's name nothing is written: the exit code says whether the file is what would be written.
 """
 import json
 import random
@@ -136,9 +137,13 @@ def main():
         "halves": halves(chance),
         "lidar": lidar(chance),
     }
-    with open(sys.argv[1], "w", encoding="utf-8") as out:
-        json.dump(document, out, indent=0)
-        out.write("\n")
+    text = json.dumps(document, indent=0) + "\n"
+    path = sys.argv[-1]
+    if "--check" in sys.argv:
+        with open(path, encoding="utf-8") as present:
+            sys.exit(0 if present.read() == text else 1)
+    with open(path, "w", encoding="utf-8") as out:
+        out.write(text)
 
 
 if __name__ == "__main__":
