@@ -25,6 +25,10 @@ fn no_seed_makes_robots_touch_anything_and_most_swarms_arrive() {
         assert!(gaps.iter().flatten().all(|gap_m| *gap_m > 0.0), "seed {seed}: {summary:#?}");
         assert!(summary.stopped, "seed {seed}: {summary:#?}");
         assert_eq!(summary.aged_commands, 0, "seed {seed}");
+        for robot in &summary.robots {
+            let (error_m, bound_m) = (robot.pose_error_m, robot.pos_bound_m);
+            assert!(error_m.zip(bound_m).is_some_and(|(error, bound)| error <= bound), "seed {seed}: {robot:#?}");
+        }
         reached += u64::from(summary.reached);
     }
     // Safety holds for every seed; arriving in time is a matter of the law and may fail now and then.

@@ -2,16 +2,22 @@
 //!
 //! A robot whose autopilot knows its pose believes the autopilot ([`PoseFix`]), carried forward by the measured
 //! velocity. Any other starts at `robot.start` and adds up what its wheels rolled: `WheelTravel` and the track if the
-//! drive counts it, else the measured velocity over time. The position bound is a fixed figure for a fix and grows with
-//! the distance travelled for dead reckoning; it is an engineering figure, not a covariance.
+//! drive counts it, else the measured velocity over time. The position bound is a fixed figure for a fix. For dead
+//! reckoning it grows with the way: by a share of it, and by what three standard deviations of the heading, itself a
+//! random walk over what the wheels have rolled, can have turned it aside. An engineering figure, not a covariance.
 
 use drover_contract::{Odometry, Pose, PoseFix, Stamp, Twist, WheelTravel};
 use std::time::Duration;
 
 /// How well a pose fix or a surveyed start is known, metres.
 const BOUND_M_KNOWN: f64 = 0.05;
-/// What dead reckoning loses per metre travelled, metres.
-const BOUND_PER_M: f64 = 0.02;
+/// What dead reckoning loses along the way per metre travelled, metres.
+const BOUND_PER_M: f64 = 0.01;
+/// Standard deviation of the heading after one metre of rolling, radians; it grows with the root of the distance. Two
+/// wheels that slip by half a percent on their own, for half a second at a time, on a narrow track do this.
+const HEADING_STD_PER_SQRT_M: f64 = 0.012;
+/// So many standard deviations of the heading count.
+const HEADING_STDS: f64 = 3.0;
 /// Odometry is carried over a gap in it of this length at most.
 const GAP_S_MAX: f64 = 0.5;
 /// Wheels that claim to have rolled farther between two messages have started to count anew, metres.
@@ -42,6 +48,8 @@ pub(crate) struct Estimate {
     odometry: Option<Odometry>,
     accel_mps2: f64,
     travelled_m: f64,
+    /// By dead reckoning, turns on the spot included.
+    rolled_m: f64,
     bound_m: f64,
 }
 
@@ -55,6 +63,7 @@ impl Estimate {
             odometry: None,
             accel_mps2: 0.0,
             travelled_m: 0.0,
+            rolled_m: 0.0,
             bound_m: BOUND_M_KNOWN,
         }
     }
@@ -87,7 +96,10 @@ impl Estimate {
         if self.fix_at.is_none() {
             self.pose_wb = self.pose_wb.advance(twist_b, span_s);
             self.at = Some(after.stamp);
-            self.bound_m += BOUND_PER_M * way_m;
+            // On the spot, too, wheels roll and the heading walks.
+            self.rolled_m += way_m + (twist_b.yaw_rate_radps * span_s).abs() * self.track_m / 2.0;
+            let heading_std_rad = HEADING_STD_PER_SQRT_M * self.rolled_m.sqrt();
+            self.bound_m += way_m * (BOUND_PER_M + HEADING_STDS * heading_std_rad);
         }
     }
 

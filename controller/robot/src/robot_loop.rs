@@ -11,8 +11,8 @@ use drover_core::{Node, Status, StopReason};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-/// A fresh scan is acted on at once, but not more often than this.
-const TICK_SPACING_MIN: Duration = Duration::from_millis(5);
+/// A fresh scan is acted on at once, but not more often than this: a lidar gone wild must not eat the computer.
+const SCAN_TICK_SPACING_MIN: Duration = Duration::from_millis(5);
 /// A robot told to end is given this long to be seen standing.
 const STANDSTILL_PATIENCE: Duration = Duration::from_secs(6);
 /// Standing still for this long counts as stopped.
@@ -61,7 +61,7 @@ pub struct RobotLoop {
     swarm: u32,
     beacon_seq: u8,
     phase: Phase,
-    last_tick: Option<Stamp>,
+    last_scan_tick: Option<Stamp>,
     fresh_scan: bool,
     seen_stopped: bool,
     drive_seen_ready: bool,
@@ -84,7 +84,7 @@ impl RobotLoop {
             beacons: parts.beacons,
             beacon_seq: 0,
             phase: Phase::Running,
-            last_tick: None,
+            last_scan_tick: None,
             fresh_scan: false,
             seen_stopped: false,
             drive_seen_ready: false,
@@ -113,8 +113,9 @@ impl RobotLoop {
     /// When the next turn is due if nothing arrives before, and why.
     #[must_use]
     pub fn poll_timeout(&self) -> (Stamp, &'static str) {
-        let node = self.node.poll_timeout();
-        self.adapter.poll_timeout().map_or(node, |codec| codec.min(node))
+        let scan = self.scan_tick_due().map(|due| (due, "fresh scan"));
+        let codec = self.adapter.poll_timeout();
+        [scan, codec].into_iter().flatten().fold(self.node.poll_timeout(), std::cmp::min)
     }
 
     /// Ready when a link may have something to read.
@@ -241,13 +242,18 @@ impl RobotLoop {
     }
 
     fn tick_due(&self, now: Stamp) -> bool {
-        let spaced = self.last_tick.is_none_or(|last| now.since(last) >= TICK_SPACING_MIN);
-        self.node.tick_due(now) || (self.fresh_scan && spaced)
+        self.node.tick_due(now) || self.scan_tick_due().is_some_and(|due| now >= due)
+    }
+
+    /// When the scan that has come may be acted on.
+    fn scan_tick_due(&self) -> Option<Stamp> {
+        self.fresh_scan.then(|| self.last_scan_tick.map_or(Stamp::ZERO, |last| last + SCAN_TICK_SPACING_MIN))
     }
 
     fn tick(&mut self, now: Stamp, clock: &dyn Clock) {
-        self.fresh_scan = false;
-        self.last_tick = Some(now);
+        if std::mem::take(&mut self.fresh_scan) {
+            self.last_scan_tick = Some(now);
+        }
         let command = self.node.tick(now);
         let age_max = Duration::from_millis(u64::from(self.file.kind.timeouts.command_age_ms));
         if clock.now().since(now) > age_max {
