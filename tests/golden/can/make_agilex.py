@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes agilex_pyagxrobots.json: AgileX v2 frames as the maker's own Python package reads and writes them.
 
-    python3 -m venv venv && venv/bin/pip install pyagxrobots==0.8.4 python-can==4.6.1 wrapt==1.12.1
+    python3 -m venv venv && venv/bin/pip install pyagxrobots==0.8.4 python-can==4.6.1
     venv/bin/python tests/golden/can/make_agilex.py tests/golden/can/agilex_pyagxrobots.json
 
 "write" rows: a twist, and the frame that UGV.SetMotionCommand sends for it. "read" rows: random bytes, and what
@@ -16,8 +16,13 @@ import random
 import sys
 
 import can
-from pyagxrobots import UGVConfigMsg as values
-from pyagxrobots.agxrobots import UGV, CanMsgsGet
+import wrapt.wrappers
+
+# The package imports this name, which newer versions of wrapt do not have, and never uses it.
+wrapt.wrappers.transient_function_wrapper = None
+
+from pyagxrobots import UGVConfigMsg as values  # noqa: E402
+from pyagxrobots.agxrobots import UGV, CanMsgsGet  # noqa: E402
 
 ROWS = 20
 
