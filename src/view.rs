@@ -1,5 +1,5 @@
-//! What a person sees of a swarm: a live table while it runs, a summary at the end. Both go to stderr or stdout as text;
-//! programs read `--json`.
+//! What a person sees of a swarm: a live table while it runs, a summary at the end. Both are text; programs read
+//! `--json`.
 
 use drover_config::Swarm;
 use drover_robot::View;

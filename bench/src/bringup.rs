@@ -16,14 +16,14 @@ pub struct BringupResult {
     pub conditions: Conditions,
     /// Robots.
     pub robots: usize,
-    /// From the first start to the moment at which every robot's drive obeys and its supervisor lets it drive, s; none if
-    /// that never came.
+    /// From the first start to the moment at which every robot's drive obeys and its supervisor lets it drive, s; none
+    /// if that never came.
     pub all_driving_s: Option<f64>,
     /// Of that, what the virtual autopilots take until they can be armed, s.
     pub prearm_s: f64,
     /// How long the robots were then watched, s.
     pub watched_s: f64,
-    /// Ticks of a robot per second while watched: median and slowest robot (20 Hz are asked for; a fresh scan ticks, too).
+    /// Ticks of a robot per second while watched, median (20 Hz are asked for; a fresh scan ticks, too).
     pub tick_hz_median: f64,
     /// The slowest robot's.
     pub tick_hz_min: f64,
@@ -39,11 +39,19 @@ pub struct BringupResult {
     pub aged_commands: u64,
 }
 
+/// The swarm at one moment.
+#[derive(Clone)]
+struct Note {
+    time_s: f64,
+    used: ProcessUse,
+    ticks: Vec<u64>,
+}
+
 /// What is noted while the swarm runs.
 #[derive(Default)]
 struct Notes {
-    all_driving: Option<(f64, ProcessUse, Vec<u64>)>,
-    last: Option<(f64, ProcessUse, Vec<u64>)>,
+    all_driving: Option<Note>,
+    last: Option<Note>,
 }
 
 /// Bring `swarm` up and watch it drive for `watch_s` seconds.
@@ -72,7 +80,7 @@ pub async fn bringup(swarm: &Swarm, watch_s: f64) -> anyhow::Result<BringupResul
     Ok(BringupResult {
         conditions,
         robots,
-        all_driving_s: notes.all_driving.as_ref().map(|(time_s, _, _)| *time_s),
+        all_driving_s: notes.all_driving.as_ref().map(|note| note.time_s),
         prearm_s,
         watched_s: notes.watched_s(),
         tick_hz_median: hz_median,
@@ -91,36 +99,37 @@ impl Notes {
         let Ok(used) = ProcessUse::now() else { return };
         let ticks: Vec<u64> = views.iter().map(|view| view.ticks).collect();
         let driving = |state: &str| state == BehaviourState::Active.word() || state == BehaviourState::Held.word();
+        let note = Note { time_s, used, ticks };
         if views.len() == tallies.len() && views.iter().all(|view| view.link == "ready" && driving(&view.state)) {
-            self.all_driving.get_or_insert_with(|| (time_s, used, ticks.clone()));
+            self.all_driving.get_or_insert_with(|| note.clone());
         }
         if self.all_driving.is_some() {
-            self.last = Some((time_s, used, ticks));
+            self.last = Some(note);
         }
     }
 
-    fn span(&self) -> Option<(&(f64, ProcessUse, Vec<u64>), &(f64, ProcessUse, Vec<u64>))> {
+    fn span(&self) -> Option<(&Note, &Note)> {
         self.all_driving.as_ref().zip(self.last.as_ref())
     }
 
     fn watched_s(&self) -> f64 {
-        self.span().map_or(0.0, |(first, last)| last.0 - first.0)
+        self.span().map_or(0.0, |(first, last)| last.time_s - first.time_s)
     }
 
     fn cores(&self) -> f64 {
-        self.span().map_or(f64::NAN, |(first, last)| (last.1.cpu_s - first.1.cpu_s) / (last.0 - first.0))
+        self.span().map_or(f64::NAN, |(first, last)| (last.used.cpu_s - first.used.cpu_s) / self.watched_s())
     }
 
     fn resident_gain_mib(&self, before: ProcessUse) -> f64 {
-        self.last.as_ref().map_or(f64::NAN, |last| last.1.resident_mib - before.resident_mib)
+        self.last.as_ref().map_or(f64::NAN, |last| last.used.resident_mib - before.resident_mib)
     }
 
     fn tick_hz(&self) -> (f64, f64) {
         let Some((first, last)) = self.span() else { return (f64::NAN, f64::NAN) };
-        let mut hz: Vec<f64> =
-            first.2.iter().zip(&last.2).map(|(from, to)| (to - from) as f64 / (last.0 - first.0)).collect();
-        hz.sort_by(f64::total_cmp);
-        (hz.get(hz.len() / 2).copied().unwrap_or(f64::NAN), hz.first().copied().unwrap_or(f64::NAN))
+        let hz = |(from, to): (&u64, &u64)| (to - from) as f64 / self.watched_s();
+        let mut all: Vec<f64> = first.ticks.iter().zip(&last.ticks).map(hz).collect();
+        all.sort_by(f64::total_cmp);
+        (all.get(all.len() / 2).copied().unwrap_or(f64::NAN), all.first().copied().unwrap_or(f64::NAN))
     }
 }
 
@@ -130,7 +139,11 @@ impl fmt::Display for BringupResult {
         let all = self.all_driving_s.map_or_else(|| "NEVER".into(), |time_s| format!("{time_s:.1} s"));
         writeln!(f, "  start to all driving   {all} (of which {:.1} s until they can be armed)", self.prearm_s)?;
         writeln!(f, "  watched for            {:.1} s", self.watched_s)?;
-        writeln!(f, "  ticks per robot        median {:.1} Hz, slowest {:.1} Hz", self.tick_hz_median, self.tick_hz_min)?;
+        writeln!(
+            f,
+            "  ticks per robot        median {:.1} Hz, slowest {:.1} Hz",
+            self.tick_hz_median, self.tick_hz_min
+        )?;
         writeln!(f, "  world time / real time {:.3}", self.world_rate)?;
         writeln!(f, "  processor per robot    {:.2} % of a core", self.cpu_per_robot * 100.0)?;
         writeln!(f, "  memory per robot       {:.2} MiB", self.memory_mib_per_robot)?;

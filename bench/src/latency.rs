@@ -72,7 +72,8 @@ pub async fn latency(swarm: &Swarm, settle_s: f64, measure_s: f64) -> anyhow::Re
         let heart = guard.add(robot.id, opened.hang_limit, opened.stop);
         tokio::spawn(drive(opened.robot, clock, heart, end_seen.clone(), |_| {}));
         let (out, outputs) = mpsc::channel(64);
-        let port = PortTask { robot: index, server, outputs, arrivals: arrivals_in.clone(), peer: None, scan_sent: None };
+        let port =
+            PortTask { robot: index, server, outputs, arrivals: arrivals_in.clone(), peer: None, scan_sent: None };
         tokio::spawn(port.run());
         far.ports.push(out);
     }

@@ -9,17 +9,22 @@ pub(crate) mod stop;
 pub(crate) mod up;
 
 use crate::exit::Exit;
-use drover_config::{Override, Problem, Problems};
+use drover_config::{Override, Problems};
 
 /// Read all `--set KEY=VALUE`, or say what is wrong with every one of them.
 pub(crate) fn overrides(set: &[String]) -> Result<Vec<Override>, Exit> {
-    let (good, bad): (Vec<_>, Vec<_>) = set.iter().map(|text| Override::parse(text)).partition(Result::is_ok);
-    let bad: Vec<Problem> = bad.into_iter().filter_map(Result::err).collect();
-    if !bad.is_empty() {
-        bad.iter().for_each(|problem| eprintln!("{problem}"));
-        return Err(Exit::BadInput);
+    let mut good = Vec::new();
+    let mut all_good = true;
+    for text in set {
+        match Override::parse(text) {
+            Ok(one) => good.push(one),
+            Err(problem) => {
+                eprintln!("{problem}");
+                all_good = false;
+            }
+        }
     }
-    Ok(good.into_iter().filter_map(Result::ok).collect())
+    if all_good { Ok(good) } else { Err(Exit::BadInput) }
 }
 
 /// Print every problem of a file.

@@ -67,7 +67,8 @@ async fn run(file: RobotFile, arguments: &Arguments) -> anyhow::Result<(Report, 
         Some(folder) => Some(Recorder::in_folder(folder, clock.unix_offset_us())?),
         None => None,
     };
-    let assembly = Assembly { file, hardware, beacons: Box::new(beacons), epoch: epoch_from_unix(), recorder: recorder.as_ref() };
+    let assembly =
+        Assembly { file, hardware, beacons: Box::new(beacons), epoch: epoch_from_unix(), recorder: recorder.as_ref() };
     let robot = assemble(assembly, &clock)?;
     let guard = Guard::start()?;
     let heart = guard.add(robot.robot.file().robot.id, robot.hang_limit, robot.stop);

@@ -70,8 +70,11 @@ fn read(arguments: &Arguments) -> Result<Swarm, Exit> {
 fn run(swarm: &Swarm, arguments: &Arguments) -> anyhow::Result<Summary> {
     let processes = if arguments.processes { Some(std::env::current_exe()?) } else { None };
     let mut live = LiveView::new(swarm);
-    let options =
-        UpOptions { processes, record: !arguments.no_record, on_view: |time_s, tallies: &[_]| live.show(time_s, tallies) };
+    let options = UpOptions {
+        processes,
+        record: !arguments.no_record,
+        on_view: |time_s, tallies: &[_]| live.show(time_s, tallies),
+    };
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
     let summary = runtime.block_on(up(swarm, options, asked_to_end()));
     live.end();

@@ -31,7 +31,10 @@ fn a_remote_control_takes_the_robot_and_giving_it_back_lets_it_drive_on() {
     for id in [2, 4] {
         let (mut virtual_swarm, index, brake_s) = injected(id, Fault::RemoteControl(true));
         let stood_s = last_motion_s(&mut virtual_swarm, index, 6.0);
-        assert!(stood_s <= 0.2 + brake_s, "robot {id} moved for {stood_s:.2} s under a remote control that asks nothing");
+        assert!(
+            stood_s <= 0.2 + brake_s,
+            "robot {id} moved for {stood_s:.2} s under a remote control that asks nothing"
+        );
         let verdict = virtual_swarm.robot(index).expect("alive").status().verdict.to_string();
         assert!(verdict.contains("drive"), "robot {id} says: {verdict}");
         let now = virtual_swarm.now();

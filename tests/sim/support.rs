@@ -7,38 +7,38 @@ use std::path::Path;
 use std::time::Duration;
 
 /// Slower than this a body stands, m/s and rad/s.
-pub const STANDSTILL: f64 = 0.01;
+pub(crate) const STANDSTILL: f64 = 0.01;
 
 /// The shipped swarm, with some keys set.
-pub fn first_swarm(set: &[&str]) -> Swarm {
+pub(crate) fn first_swarm(set: &[&str]) -> Swarm {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/swarms/first.toml");
     let set: Vec<Override> = set.iter().map(|text| Override::parse(text).expect("a good override")).collect();
     load_swarm(&path, &set).unwrap_or_else(|problems| panic!("{problems}"))
 }
 
 /// The swarm, at rest.
-pub fn at_rest(swarm: &Swarm) -> VirtualSwarm {
+pub(crate) fn at_rest(swarm: &Swarm) -> VirtualSwarm {
     VirtualSwarm::new(swarm).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Place of robot `id` in the file.
-pub fn index_of(swarm: &Swarm, id: u32) -> usize {
+pub(crate) fn index_of(swarm: &Swarm, id: u32) -> usize {
     swarm.robots.iter().position(|robot| robot.id == id).expect("a robot of the swarm")
 }
 
 /// The moment `s` seconds after the start.
-pub fn at_s(s: f64) -> Stamp {
+pub(crate) fn at_s(s: f64) -> Stamp {
     Stamp::ZERO + Duration::from_secs_f64(s)
 }
 
 /// Whether body `index` moves.
-pub fn moves(virtual_swarm: &VirtualSwarm, index: usize) -> bool {
+pub(crate) fn moves(virtual_swarm: &VirtualSwarm, index: usize) -> bool {
     let twist_b = virtual_swarm.plant().truth(index).twist_b;
     twist_b.speed_mps.abs() > STANDSTILL || twist_b.yaw_rate_radps.abs() > STANDSTILL
 }
 
 /// Run until every robot moves; panics if that does not happen.
-pub fn run_until_all_move(virtual_swarm: &mut VirtualSwarm, count: usize) {
+pub(crate) fn run_until_all_move(virtual_swarm: &mut VirtualSwarm, count: usize) {
     let limit = at_s(20.0);
     while virtual_swarm.now() < limit {
         virtual_swarm.step();
@@ -52,7 +52,7 @@ pub fn run_until_all_move(virtual_swarm: &mut VirtualSwarm, count: usize) {
 }
 
 /// Run for `watch_s` seconds and say how long after now body `index` last moved, s.
-pub fn last_motion_s(virtual_swarm: &mut VirtualSwarm, index: usize, watch_s: f64) -> f64 {
+pub(crate) fn last_motion_s(virtual_swarm: &mut VirtualSwarm, index: usize, watch_s: f64) -> f64 {
     let began = virtual_swarm.now();
     let limit = began + Duration::from_secs_f64(watch_s);
     let mut last = began;
@@ -66,11 +66,11 @@ pub fn last_motion_s(virtual_swarm: &mut VirtualSwarm, index: usize, watch_s: f6
 }
 
 /// The longest that `kind` brakes from its greatest speed, s.
-pub fn braking_s(kind: &Kind) -> f64 {
+pub(crate) fn braking_s(kind: &Kind) -> f64 {
     kind.motion.speed_mps_max / kind.motion.brake_mps2
 }
 
 /// From the decision to stop to wheels that obey it: a tick and the way to the wheels (docs/safety.md), s.
-pub fn reaction_s(kind: &Kind) -> f64 {
+pub(crate) fn reaction_s(kind: &Kind) -> f64 {
     f64::from(kind.timeouts.tick_ms) * 1e-3 + 0.1
 }

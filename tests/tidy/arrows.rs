@@ -20,13 +20,27 @@ const MAY_USE: [(&str, &[&str]); 11] = [
     ),
     (
         "drover-bench",
-        &["drover-codec", "drover-config", "drover-contract", "drover-io", "drover-robot", "drover-swarm", "drover-world"],
+        &[
+            "drover-codec",
+            "drover-config",
+            "drover-contract",
+            "drover-io",
+            "drover-robot",
+            "drover-swarm",
+            "drover-world",
+        ],
     ),
     (
         "drover",
         &[
-            "drover-bench", "drover-codec", "drover-config", "drover-contract", "drover-core", "drover-io",
-            "drover-robot", "drover-swarm",
+            "drover-bench",
+            "drover-codec",
+            "drover-config",
+            "drover-contract",
+            "drover-core",
+            "drover-io",
+            "drover-robot",
+            "drover-swarm",
         ],
     ),
 ];
@@ -50,7 +64,11 @@ fn dependencies() -> BTreeMap<String, Vec<String>> {
 
 fn production_dependencies(package: &Value) -> Vec<String> {
     let listed = package["dependencies"].as_array().expect("dependencies");
-    listed.iter().filter(|dependency| dependency["kind"].is_null()).map(|dependency| text(&dependency["name"])).collect()
+    listed
+        .iter()
+        .filter(|dependency| dependency["kind"].is_null())
+        .map(|dependency| text(&dependency["name"]))
+        .collect()
 }
 
 fn text(value: &Value) -> String {

@@ -3,33 +3,33 @@
 use std::path::{Path, PathBuf};
 
 /// One source file.
-pub struct Source {
+pub(crate) struct Source {
     /// Its path from the top of the project, with slashes.
-    pub name: String,
+    pub(crate) name: String,
     /// Its text.
-    pub text: String,
+    pub(crate) text: String,
 }
 
 impl Source {
     /// The text before the tests that stand in the same file.
-    pub fn production_text(&self) -> &str {
+    pub(crate) fn production_text(&self) -> &str {
         self.text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default()
     }
 
     /// Whether the whole file is a test.
-    pub fn is_test(&self) -> bool {
+    pub(crate) fn is_test(&self) -> bool {
         let in_tests = self.name.starts_with("tests/") || self.name.contains("/tests/");
         in_tests || self.name.ends_with("tests.rs") || self.name.ends_with("testing.rs")
     }
 }
 
 /// The top of the project.
-pub fn top() -> &'static Path {
+pub(crate) fn top() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
 /// Every Rust file of the project.
-pub fn all_sources() -> Vec<Source> {
+pub(crate) fn all_sources() -> Vec<Source> {
     const ROOTS: [&str; 7] = ["src", "config", "firmware_if", "controller", "sim_bridge", "bench", "tests"];
     let mut files = Vec::new();
     ROOTS.iter().for_each(|root| collect(&top().join(root), &mut files));
@@ -39,7 +39,7 @@ pub fn all_sources() -> Vec<Source> {
 }
 
 /// Every Rust file that is not a test as a whole.
-pub fn production_sources() -> Vec<Source> {
+pub(crate) fn production_sources() -> Vec<Source> {
     all_sources().into_iter().filter(|source| !source.is_test()).collect()
 }
 

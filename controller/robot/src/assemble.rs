@@ -15,6 +15,9 @@ use std::time::Duration;
 /// A loop that has not turned for this many ticks hangs.
 const HANG_TICKS: u32 = 5;
 
+/// Sends a datagram, from any thread.
+pub type DatagramSender = Box<dyn FnMut(&[u8]) + Send>;
+
 /// The links to a robot's firmware, open, each with a second way to send a stop when the loop hangs.
 pub enum Hardware {
     /// One MAVLink link.
@@ -22,7 +25,7 @@ pub enum Hardware {
         /// The link.
         link: Box<dyn Link>,
         /// Sends a datagram past the loop.
-        stop: Box<dyn FnMut(&[u8]) + Send>,
+        stop: DatagramSender,
     },
     /// Two CAN buses.
     Can {

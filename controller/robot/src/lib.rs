@@ -13,7 +13,7 @@ mod robot_loop;
 mod shell;
 
 pub use adapter::{Adapter, LinkCounters};
-pub use assemble::{Assembled, Assembly, Hardware, assemble};
+pub use assemble::{Assembled, Assembly, DatagramSender, Hardware, assemble};
 pub use drover_core::StopReason;
 pub use guard::{Guard, Heart, StopAction};
 pub use params::epoch_from_unix;

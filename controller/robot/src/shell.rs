@@ -1,4 +1,4 @@
-//! Real time around a robot's loop: wakes it when something arrives or is due, and stops the robot when it cannot go on.
+//! Real time around a robot's loop: wakes it when something arrives or is due, stops the robot when it cannot go on.
 
 use crate::guard::Heart;
 use crate::report::{Report, View};

@@ -27,8 +27,8 @@
 //! - The damping has a gain k (the paper's is 1/s), and leader and neighbours are taken at *their* reference points, so
 //!   that at rest all forces vanish together. N_i is everybody heard.
 //! - A wall nearer than S repels with the same potential, L = S, from its nearest return: the paper leaves this open.
-//!   What of the neighbours' pull leads into that wall is turned along it, the more the nearer: the pull around a corner
-//!   otherwise ends in a standstill.
+//!   What of the neighbours' pull leads into that wall is turned along it, the more the nearer: the pull around a
+//!   corner otherwise ends in a standstill.
 //! - The leader's attraction stays at its greatest value, at sqrt(3) L, instead of fading: a straggler comes back.
 //! - The velocity that (6) adds to is the one asked for before, but never farther than `LEAD_*` from the measured one,
 //!   or a held robot would wind up. The sum of the potential forces is capped at `FORCE_MAX`.

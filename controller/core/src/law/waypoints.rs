@@ -10,8 +10,8 @@
 //! **Source**: R. C. Coulter, "Implementation of the pure pursuit path tracking algorithm", CMU-RI-TR-92-01, 1992.
 //!
 //! **Departure from the flocking paper**: its leader moves as it likes. Ours slows down, to a third at least, when the
-//! farthest follower that it hears is more than 3 L away; it never stops for one (invariant 5). It does not steer around
-//! obstacles: the supervisor slows it down and, if one stands on the leg, holds it there.
+//! farthest follower that it hears is more than 3 L away; it never stops for one (invariant 5). It does not steer
+//! around obstacles: the supervisor slows it down and, if one stands on the leg, holds it there.
 //!
 //! **Cost**: one pass over the neighbours. **Cannot solve**: never; without points it stands.
 

@@ -6,8 +6,9 @@
 //!   avoidance for dynamic vehicles using buffered Voronoi cells", IEEE RA-L 2(2), 2017). Two robots that each stay in
 //!   their half never meet, whatever either does.
 //!
-//! - **Unheard peers**: while one of the swarm is not heard, any hit in the way, to the front or the back, may be it, on
-//!   its way to us: there too the body uses half of the gap only. Nobody waits; the approach to things ahead is slower.
+//! - **Unheard peers**: while one of the swarm is not heard, any hit in the way, to the front or the back, may be it,
+//!   on its way to us: there too the body uses half of the gap only. Nobody waits; the approach to things ahead is
+//!   slower.
 //!
 //! A peer that the scan sees is measured by the scan: the bounds on both poses then do not matter. One that it does not
 //! see is taken from its beacon, as large as the bounds make it.
