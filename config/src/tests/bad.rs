@@ -183,6 +183,12 @@ fn kinds_are_refused_where_their_own_file_is_wrong() {
             Some(10),
             ["0.7", "2 * radius_m = 0.6", "wheels"],
         ),
+    ]);
+}
+
+#[test]
+fn parts_of_a_kind_that_do_not_go_together_are_refused() {
+    check(&[
         (
             ROVER,
             "{ protocol = \"obstacle_distance\", component = 196 }",
@@ -229,7 +235,7 @@ fn kinds_are_refused_where_their_own_file_is_wrong() {
 }
 
 #[test]
-fn places_ids_and_links_that_collide_are_refused() {
+fn ids_and_links_that_collide_are_refused() {
     check(&[
         (SWARM, "id = 2", "id = 1", "robot[1].id", Some(5), ["1, which robot[0] has already", "its own", "change one"]),
         (SWARM, "id = 2", "id = 251", "robot[1].id", Some(5), ["251", "1..=250 for a MAVLink robot", "system id"]),
@@ -257,6 +263,12 @@ fn places_ids_and_links_that_collide_are_refused() {
             None,
             ["UDP port 14602 beacon.port has", "its own", "another"],
         ),
+    ]);
+}
+
+#[test]
+fn starts_that_are_not_on_free_floor_are_refused() {
+    check(&[
         (
             SWARM,
             "{ x_m = 1.4, y_m = 6.0",
@@ -297,6 +309,12 @@ fn places_ids_and_links_that_collide_are_refused() {
             Some(0),
             ["inside circles[1]", "free floor", "wall"],
         ),
+    ]);
+}
+
+#[test]
+fn behaviours_that_do_not_fit_the_swarm_are_refused() {
+    check(&[
         (SWARM, "leader = 1", "leader = 6", "behaviour.leader", Some(9), ["6", "1, 2, 3, 4, 5", "choose"]),
         (
             SWARM,
@@ -323,6 +341,12 @@ fn places_ids_and_links_that_collide_are_refused() {
             Some(0),
             ["inside polygons[2]", "0.3 m of free floor", "wall"],
         ),
+    ]);
+}
+
+#[test]
+fn ways_that_are_no_ways_and_periods_that_clash_are_refused() {
+    check(&[
         (
             SWARM,
             "[10.5, 7.2]",
