@@ -155,7 +155,7 @@ impl VirtualAgilex {
     /// Let time pass: `body` is how the chassis finds itself now. Sends what is due.
     pub fn step(&mut self, now: Stamp, body: &BodyState) {
         self.now = self.now.max(now);
-        self.feel_wheels(body.wheels);
+        self.feel_wheels(now, body.wheels);
         if self.now < self.on_from {
             return;
         }
@@ -254,16 +254,17 @@ impl VirtualAgilex {
         self.setpoint = None;
     }
 
-    /// Wheel speeds from how far they have rolled since the last step.
-    fn feel_wheels(&mut self, wheels: WheelTravel) {
+    /// Wheel speeds from how far they have rolled since the last step. The time between steps is the world's: frames
+    /// arrive in between, and by their time a step would look shorter than it was.
+    fn feel_wheels(&mut self, now: Stamp, wheels: WheelTravel) {
         if let Some((then, before)) = self.wheels {
-            let dt_s = self.now.since(then).as_secs_f64();
+            let dt_s = now.since(then).as_secs_f64();
             if dt_s <= 0.0 {
                 return;
             }
             self.wheel_mps = [(wheels.left_m - before.left_m) / dt_s, (wheels.right_m - before.right_m) / dt_s];
         }
-        self.wheels = Some((self.now, wheels));
+        self.wheels = Some((now, wheels));
     }
 
     fn send(&mut self, id: u16, data: [u8; 8]) {

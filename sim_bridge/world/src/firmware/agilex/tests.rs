@@ -122,6 +122,21 @@ fn feedback_is_what_the_wheels_did() {
 }
 
 #[test]
+fn frames_that_arrive_between_two_steps_do_not_change_the_speed_it_measures() {
+    let mut chassis = enabled();
+    let wheels = |m| BodyState { wheels: WheelTravel { left_m: m, right_m: m }, ..BodyState::default() };
+    let step = Duration::from_millis(STEP_MS);
+    for count in 0..20_u16 {
+        let now = Stamp::ZERO + step * u32::from(count);
+        chassis.step(now, &wheels(0.005 * f64::from(count))); // 0.5 m/s
+        let motions = said(&mut chassis).into_iter().filter(|frame| matches!(frame, ChassisFrame::Motion(_)));
+        let even = Motion { speed_mmps: if count == 0 { 0 } else { 500 }, ..Motion::default() };
+        assert!(motions.into_iter().all(|frame| frame == ChassisFrame::Motion(even)));
+        chassis.handle_frame(now + (step - Duration::from_micros(10)), &motion(500, 0));
+    }
+}
+
+#[test]
 fn its_odometer_wraps_where_a_real_one_does() {
     let mut chassis = enabled();
     chassis.step(ms(0), &BodyState::default());
