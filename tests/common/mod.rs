@@ -1,6 +1,6 @@
 //! Shared by the tests in real time: the shipped swarm on free ports, a world to drive in, children to kill.
 
-#![allow(dead_code, reason = "each test binary uses a part of it")]
+#![allow(dead_code, unreachable_pub, reason = "each test binary uses a part of it")]
 
 use drover_bridge::{Bridge, CanBacking, NearSide, PlantHandle, pace};
 use drover_config::{Override, Swarm, load_swarm};
@@ -227,8 +227,9 @@ pub fn signal(name: &str, process: u32) {
 
 /// The Python that has the peers which others wrote.
 pub fn peers_python() -> String {
-    std::env::var("DROVER_PEERS_PYTHON")
-        .expect("DROVER_PEERS_PYTHON is not set: run tests/run, or set it to a Python with tests/conformance/requirements.txt")
+    std::env::var("DROVER_PEERS_PYTHON").expect(
+        "DROVER_PEERS_PYTHON is not set: run tests/run, or set it to a Python with tests/conformance/requirements.txt",
+    )
 }
 
 /// One of the peers in tests/conformance/peers.

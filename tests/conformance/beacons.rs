@@ -19,7 +19,8 @@ fn pymavlink_hears_a_running_robots_beacons_and_an_operators_stop() {
     let address = format!("{}:{}", plane.group, plane.port);
     let _robot = place.start(0);
     place.wait("it drives", 30.0, |place| place.speed_mps(0) > 0.3);
-    let listener = Peer::start("mavlink_beacon.py", &["--listen", &address, "--interface", &plane.interface, "--seconds", "4"]);
+    let listener =
+        Peer::start("mavlink_beacon.py", &["--listen", &address, "--interface", &plane.interface, "--seconds", "4"]);
     // Python takes a moment until it listens; the stop comes in the middle, and beacons go on after it.
     std::thread::sleep(Duration::from_millis(3500));
     let stopped = drover().arg("stop").arg(&file).output().expect("drover runs");

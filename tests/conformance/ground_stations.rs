@@ -34,9 +34,13 @@ fn pymavlink_arms_and_drives_the_virtual_rover_reads_its_scan_and_sees_it_stop_a
     assert!(drove_s > 3.0, "the body stood {drove_s:.2} s after it was fast: no 3 s of silence in it");
     assert!(!place.moves(0));
     // The scan shows the true place: nothing is nearer than the nearest wall on the whole way was.
-    let nearest_ever_m = truth.gap_wall_m_min.expect("walls") + place.swarm().kind_of(&place.swarm().robots[0]).body.radius_m;
+    let nearest_ever_m =
+        truth.gap_wall_m_min.expect("walls") + place.swarm().kind_of(&place.swarm().robots[0]).body.radius_m;
     let nearest_m = number(&report, "scan_nearest_m");
-    assert!(nearest_m >= nearest_ever_m - 0.1 && nearest_m <= nearest_ever_m + truth.path_m + 0.5, "{nearest_m} {truth:?}");
+    assert!(
+        nearest_m >= nearest_ever_m - 0.1 && nearest_m <= nearest_ever_m + truth.path_m + 0.5,
+        "{nearest_m} {truth:?}"
+    );
     assert!(report["sectors"].as_object().is_some_and(|sectors| sectors.len() >= 4), "{report:#}");
     assert_eq!(report["unknown_command"], 3, "UNSUPPORTED");
     assert_eq!(report["50_hz_denied"], 2, "DENIED");

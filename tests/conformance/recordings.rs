@@ -37,8 +37,15 @@ fn assert_times(name: &str, found: &Value) {
 fn assert_tlog(name: &str, found: &Value) {
     assert_eq!(found["bad"], 0, "{name}: {found:#}");
     let kinds = [
-        "HEARTBEAT", "COMMAND_LONG", "COMMAND_ACK", "SET_POSITION_TARGET_LOCAL_NED", "LOCAL_POSITION_NED", "ATTITUDE",
-        "SYS_STATUS", "OBSTACLE_DISTANCE", "DISTANCE_SENSOR",
+        "HEARTBEAT",
+        "COMMAND_LONG",
+        "COMMAND_ACK",
+        "SET_POSITION_TARGET_LOCAL_NED",
+        "LOCAL_POSITION_NED",
+        "ATTITUDE",
+        "SYS_STATUS",
+        "OBSTACLE_DISTANCE",
+        "DISTANCE_SENSOR",
     ];
     for kind in kinds {
         assert!(found["kinds"][kind].as_u64().is_some_and(|count| count > 0), "{name} without {kind}: {found:#}");

@@ -71,8 +71,10 @@ fn drover_brings_a_pymavlink_rover_up_drives_it_and_lets_go_of_it_standing() {
     std::thread::sleep(Duration::from_secs(2));
     assert_eq!(robot.terminate(), Some(130));
     let report = rover.end();
-    println!("armed after {} s, last moving setpoint {} s, disarmed {} s", report["first_armed_s"],
-        report["last_moving_setpoint_s"], report["disarmed_s"]);
+    println!(
+        "armed after {} s, last moving setpoint {} s, disarmed {} s",
+        report["first_armed_s"], report["last_moving_setpoint_s"], report["disarmed_s"]
+    );
     assert_well_spoken(&report);
     assert_let_go(&report);
     assert!(number(&report, "path_m") > 1.0, "{report:#}");

@@ -12,7 +12,7 @@ use std::process::{Child, ChildStdout, Stdio};
 use std::time::{Duration, Instant};
 
 /// A peer's script that runs beside the test and does not outlive it.
-pub struct Peer {
+pub(crate) struct Peer {
     child: Child,
     stdout: BufReader<ChildStdout>,
     script: String,
@@ -20,7 +20,7 @@ pub struct Peer {
 
 impl Peer {
     /// Start it.
-    pub fn start(script: &str, arguments: &[&str]) -> Self {
+    pub(crate) fn start(script: &str, arguments: &[&str]) -> Self {
         let mut command = peer(script);
         command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped());
         let mut child = command.spawn().unwrap_or_else(|error| panic!("{command:?}: {error}"));
@@ -29,20 +29,20 @@ impl Peer {
     }
 
     /// The next line that it prints, JSON.
-    pub fn line(&mut self) -> Value {
+    pub(crate) fn line(&mut self) -> Value {
         let mut line = String::new();
         self.stdout.read_line(&mut line).expect("its output");
         serde_json::from_str(&line).unwrap_or_else(|error| panic!("{} printed {line:?}: {error}", self.script))
     }
 
     /// Tell it to end; its last words.
-    pub fn end(self) -> Value {
+    pub(crate) fn end(self) -> Value {
         signal("TERM", self.child.id());
         self.finish()
     }
 
     /// Wait for its end, which must be a good one; its last words.
-    pub fn finish(mut self) -> Value {
+    pub(crate) fn finish(mut self) -> Value {
         let last = self.line();
         let ended = self.child.wait().expect("it was started");
         assert!(ended.success(), "{} ended with {ended}: {last:#}", self.script);
@@ -59,15 +59,15 @@ impl Drop for Peer {
 }
 
 /// A robot's process, and where its views go.
-pub struct Driven {
+pub(crate) struct Driven {
     /// The process.
-    pub running: Running,
+    pub(crate) running: Running,
     views: PathBuf,
 }
 
 impl Driven {
     /// `drover run` on a robot's file.
-    pub fn start(file: &Path) -> Self {
+    pub(crate) fn start(file: &Path) -> Self {
         let views = file.with_extension("views");
         let stdout = File::create(&views).expect("a writable folder");
         let errors = File::create(file.with_extension("errors")).expect("a writable folder");
@@ -77,7 +77,7 @@ impl Driven {
     }
 
     /// Its newest view.
-    pub fn view(&self) -> Option<Value> {
+    pub(crate) fn view(&self) -> Option<Value> {
         let text = std::fs::read_to_string(&self.views).expect("its views");
         let whole = text.rfind('\n').map_or("", |end| &text[..end]);
         let newest = whole.lines().rev().find_map(|line| serde_json::from_str::<Value>(line).ok())?;
@@ -85,7 +85,7 @@ impl Driven {
     }
 
     /// Wait until its newest view is as wanted; that view.
-    pub fn wait_view(&self, what: &str, limit_s: f64, wanted: impl Fn(&Value) -> bool) -> Value {
+    pub(crate) fn wait_view(&self, what: &str, limit_s: f64, wanted: impl Fn(&Value) -> bool) -> Value {
         let limit = Instant::now() + Duration::from_secs_f64(limit_s);
         let mut newest = Value::Null;
         while Instant::now() < limit {
@@ -99,24 +99,24 @@ impl Driven {
     }
 
     /// What it wrote on standard error.
-    pub fn errors(&self) -> String {
+    pub(crate) fn errors(&self) -> String {
         std::fs::read_to_string(self.views.with_extension("errors")).expect("its errors")
     }
 
     /// End it as an operator does; its exit code.
-    pub fn terminate(self) -> Option<i32> {
+    pub(crate) fn terminate(self) -> Option<i32> {
         signal("TERM", self.running.id());
         self.running.wait().code()
     }
 }
 
 /// Whether a view says that the robot drives faster than `speed_mps`.
-pub fn faster_than(speed_mps: f64) -> impl Fn(&Value) -> bool {
+pub(crate) fn faster_than(speed_mps: f64) -> impl Fn(&Value) -> bool {
     move |view| view["speed_mps"].as_f64().is_some_and(|mps| mps > speed_mps)
 }
 
 /// The shipped swarm with robot `id` alone in it, leading.
-pub fn alone(folder: &Path, id: u32) -> Swarm {
+pub(crate) fn alone(folder: &Path, id: u32) -> Swarm {
     let mut swarm = first_swarm(folder, &[&format!("behaviour.leader={id}")]);
     swarm.robots.retain(|robot| robot.id == id);
     assert_eq!(swarm.robots.len(), 1);
@@ -124,7 +124,7 @@ pub fn alone(folder: &Path, id: u32) -> Swarm {
 }
 
 /// The file of the only robot of `swarm`, with these links.
-pub fn file_with_links(swarm: &Swarm, links: Links, folder: &Path) -> PathBuf {
+pub(crate) fn file_with_links(swarm: &Swarm, links: Links, folder: &Path) -> PathBuf {
     let mut file = swarm.robot_file(swarm.robots[0].id).expect("it is of the swarm");
     file.robot.links = links;
     let path = folder.join("robot.toml");
@@ -133,6 +133,6 @@ pub fn file_with_links(swarm: &Swarm, links: Links, folder: &Path) -> PathBuf {
 }
 
 /// A number of a peer's report.
-pub fn number(report: &Value, name: &str) -> f64 {
+pub(crate) fn number(report: &Value, name: &str) -> f64 {
     report[name].as_f64().unwrap_or_else(|| panic!("no number {name} in {report:#}"))
 }

@@ -5,3 +5,9 @@
 mod common;
 #[path = "../conformance/support.rs"]
 mod support;
+
+mod babble;
+mod faults;
+mod peers;
+mod scout;
+mod up;

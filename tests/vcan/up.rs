@@ -1,0 +1,46 @@
+//! The whole swarm, its three CAN robots on six interfaces of this kernel.
+
+use crate::common::{assert_reached_safely, json, up};
+use crate::support::{Peer, number};
+use serde_json::Value;
+use std::path::Path;
+
+fn reaches_its_end_on_vcan(more: &[&str]) -> (tempfile::TempDir, Value) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let arguments = [&["--duration", "60", "--seed", "1", "--json"], more].concat();
+    let output = up(folder.path(), &arguments);
+    let summary = json(&output);
+    println!(
+        "time {} s, gaps {} m and {} m, world rate {}",
+        summary["time_s"], summary["min_gap_robot_m"], summary["min_gap_wall_m"], summary["world_rate"]
+    );
+    assert_reached_safely(&summary);
+    assert_eq!(summary["can"], "vcan", "{summary:#}");
+    assert_eq!(output.status.code(), Some(0), "{summary:#}");
+    for interface in ["vcan3d", "vcan3l", "vcan4d", "vcan4l", "vcan5d", "vcan5l"] {
+        assert!(!Path::new("/sys/class/net").join(interface).exists(), "{interface} was left behind");
+    }
+    (folder, summary)
+}
+
+#[test]
+fn the_first_swarm_reaches_its_end_on_real_vcan_and_others_read_its_recordings() {
+    let (_folder, summary) = reaches_its_end_on_vcan(&[]);
+    assert_eq!(summary["processes"], false);
+    let recording = Path::new(summary["recording"].as_str().expect("a folder")).to_owned();
+    let names = ["robot-1.tlog", "robot-3-drive.log", "robot-3-lidar.log"];
+    let paths = names.map(|name| recording.join(name).display().to_string());
+    let found = Peer::start("read_recordings.py", &paths.each_ref().map(String::as_str)).finish();
+    for name in names {
+        assert_eq!(found[name]["backwards"], 0, "{found:#}");
+        let lasted_s = number(&found[name], "last_s") - number(&found[name], "first_s");
+        assert!(lasted_s >= number(&summary, "time_s") - 2.0, "{name} lasts {lasted_s} s: {found:#}");
+        assert!(number(&found[name], "first_s") > 1.7e9, "wall-clock time: {found:#}");
+    }
+}
+
+#[test]
+fn the_first_swarm_reaches_its_end_on_real_vcan_with_every_robot_a_process() {
+    let (_folder, summary) = reaches_its_end_on_vcan(&["--processes"]);
+    assert_eq!(summary["processes"], true);
+}
