@@ -10,7 +10,7 @@ Exit codes:
   4    unsafe: a contact, an aged command, or a robot that was not seen to stop
   130  interrupted; every robot was stopped and seen to stop
 
-DROVER_LOG=info (or debug, or robot=trace) shows what happens, on stderr.";
+DROVER_LOG=info (or debug, or drover_robot=trace) shows what happens, on stderr.";
 
 /// How a command ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,7 +8,10 @@ use drover_io::{BeaconSocket, OsClock, Recorder};
 use drover_robot::{
     Assembly, Guard, Hardware, Line, Report, Shutdown, StopReason, View, assemble, drive, epoch_from_unix,
 };
+use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::time::{Duration, Instant};
 use tokio::sync::watch;
 
 /// Arguments of `drover run`.
@@ -22,7 +25,7 @@ pub(crate) struct Arguments {
     /// Stop the robot and end when standard input is closed: whoever started this has gone
     #[arg(long)]
     attached: bool,
-    /// Set a configuration key, for example robot.links.mavlink.autopilot=udpin:0.0.0.0:14550
+    /// Set a configuration key, for example robot.links.autopilot=udpin:0.0.0.0:14550
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
 }
@@ -73,8 +76,10 @@ async fn run(file: RobotFile, arguments: &Arguments) -> anyhow::Result<(Report, 
     let guard = Guard::start()?;
     let heart = guard.add(robot.robot.file().robot.id, robot.hang_limit, robot.stop);
     let (end, end_seen) = watch::channel(None);
-    let json = arguments.json;
-    let tell = move |view: View| tell(view, json);
+    let printer = Printer::start(arguments.json);
+    let lines = printer.lines.clone();
+    // A full queue drops this view: a reader that sleeps must not hold up the loop.
+    let tell = move |view: View| drop(lines.try_send(Line::View(Box::new(view))));
     let mut driving = tokio::spawn(drive(robot.robot, clock, heart, end_seen, tell));
     let mut interrupted = false;
     let report = tokio::select! {
@@ -88,12 +93,54 @@ async fn run(file: RobotFile, arguments: &Arguments) -> anyhow::Result<(Report, 
     };
     if report.panic.is_some() {
         // The guard goes on sending this robot's stop for a moment, then the drive's own watchdog has it.
-        tokio::time::sleep(std::time::Duration::from_secs(1)).await;
+        tokio::time::sleep(Duration::from_secs(1)).await;
     }
-    if json {
-        print_line(&Line::Report(Box::new(report.clone())));
-    }
+    printer.finish(Line::Report(Box::new(report.clone())));
     Ok((report, interrupted))
+}
+
+/// Prints in a thread of its own: standard output may block, and the robot's loop must not.
+struct Printer {
+    lines: SyncSender<Line>,
+    done: Receiver<()>,
+}
+
+impl Printer {
+    /// Views that may wait for a slow reader.
+    const QUEUE: usize = 32;
+    /// The last line waits this long for a reader.
+    const PATIENCE: Duration = Duration::from_secs(1);
+
+    fn start(json: bool) -> Self {
+        let (lines, to_print) = sync_channel::<Line>(Self::QUEUE);
+        let (finished, done) = sync_channel(1);
+        std::thread::spawn(move || {
+            for line in to_print {
+                print(&line, json);
+                if matches!(line, Line::Report(_)) {
+                    break;
+                }
+            }
+            // Nobody waits for it if the program is gone already.
+            let _ = finished.send(());
+        });
+        Self { lines, done }
+    }
+
+    /// Print the last line, unless nobody reads.
+    fn finish(self, last: Line) {
+        let deadline = Instant::now() + Self::PATIENCE;
+        let mut line = last;
+        while let Err(TrySendError::Full(back)) = self.lines.try_send(line) {
+            if Instant::now() > deadline {
+                return;
+            }
+            line = back;
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        // Either it is printed or the patience is over; the program ends in any case.
+        let _ = self.done.recv_timeout(Self::PATIENCE);
+    }
 }
 
 fn write_resolved(file: &RobotFile, record: Option<&Path>) -> anyhow::Result<()> {
@@ -118,18 +165,18 @@ async fn lifeline_cut() {
     let _ = read.await;
 }
 
-fn tell(view: View, json: bool) {
-    if json {
-        print_line(&Line::View(Box::new(view)));
-    } else {
-        eprintln!("{view}");
-    }
-}
-
-fn print_line(line: &Line) {
-    use std::io::Write;
-    // Only strings and finite numbers: this cannot fail to serialise. A reader that went away is noticed by stdin.
-    let text = serde_json::to_string(line).unwrap_or_default();
+fn print(line: &Line, json: bool) {
+    let text = match line {
+        // Only strings and finite numbers: this cannot fail to serialise.
+        line if json => serde_json::to_string(line).unwrap_or_default(),
+        Line::View(view) => {
+            // People read the table on stderr, beside the log.
+            eprintln!("{view}");
+            return;
+        }
+        Line::Report(_) => return,
+    };
+    // A reader that went away is noticed by standard input, if at all: it is no reason to stop a robot.
     let _ = writeln!(std::io::stdout(), "{text}");
 }
 

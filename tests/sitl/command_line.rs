@@ -54,7 +54,9 @@ fn every_shipped_file_is_good() {
 fn all_problems_of_a_file_are_said_at_once_with_their_places() {
     let folder = tempfile::tempdir().expect("a folder");
     let text = std::fs::read_to_string(first_toml()).expect("the shipped swarm");
-    let text = text.replacen("seed = 1", "seed = \"one\"\nsede = 2", 1).replace("../", &format!("{}/config/", top().display()));
+    let text = text
+        .replacen("seed = 1", "seed = \"one\"\nsede = 2", 1)
+        .replace("../", &format!("{}/config/", top().display()));
     let path = folder.path().join("bad.toml");
     std::fs::write(&path, text).expect("a writable folder");
     let output = drover().arg("check").arg("--json").arg(&path).output().expect("drover runs");

@@ -4,5 +4,6 @@
 mod common;
 
 mod command_line;
+mod guard;
 mod kills;
 mod up;

@@ -11,9 +11,9 @@ pub(crate) struct Source {
 }
 
 impl Source {
-    /// The text before the tests that stand in the same file.
+    /// The text before the tests that stand at the end of the same file; a `mod tests;` ends nothing.
     pub(crate) fn production_text(&self) -> &str {
-        self.text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default()
+        self.text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default()
     }
 
     /// Whether the whole file is a test.

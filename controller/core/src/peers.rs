@@ -1,4 +1,4 @@
-//! The other robots, as their beacons tell: a bounded table that ages.
+//! The other robots, as their beacons tell: a table that ages, bounded by the peers that the robot's file names.
 //!
 //! Two questions are asked of it, and their answers differ on purpose:
 //! - *Whom may a law follow?* Only who was heard within `peer_ms` ([`Peers::followable`]).
@@ -18,8 +18,6 @@ use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// More peers than this are not kept: the one heard least recently goes.
-const PEERS_MAX: usize = 256;
 /// How hard a peer may change its velocity without our knowing, m/s^2.
 const A_UNSEEN_MPS2: f64 = 2.0;
 /// The disc of what a peer may have done grows no larger, metres.
@@ -102,7 +100,6 @@ impl Peers {
                 self.counts.taken += 1;
                 let life = held.filter(|held| held.beacon.epoch == beacon.epoch);
                 let record = Record::new(now, beacon, life);
-                self.make_room(beacon.robot);
                 self.table.insert(beacon.robot, record);
             }
             Intake::Old => self.counts.old += 1,
@@ -127,16 +124,6 @@ impl Peers {
                 Some(Ordering::Equal) => Intake::Duplicate,
                 Some(Ordering::Less) => Intake::Old,
             }
-        }
-    }
-
-    fn make_room(&mut self, newcomer: RobotId) {
-        if self.table.contains_key(&newcomer) || self.table.len() < PEERS_MAX {
-            return;
-        }
-        let oldest = self.table.iter().min_by_key(|(id, record)| (record.received, **id)).map(|(id, _)| *id);
-        if let Some(id) = oldest {
-            self.table.remove(&id);
         }
     }
 

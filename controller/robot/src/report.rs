@@ -43,7 +43,9 @@ pub struct View {
     pub ticks: u64,
     /// Requests that its supervisor changed, by reason.
     pub commands_changed: BTreeMap<String, u64>,
-    /// Commands that were too old to be sent.
+    /// Commands replaced by STOP because they had grown too old before they could be sent.
+    pub withheld_commands: u64,
+    /// Commands that were too old when they had left.
     pub aged_commands: u64,
     /// Messages on the beacon plane that were refused.
     pub beacons_refused: u64,
@@ -79,6 +81,7 @@ impl View {
             battery: status.battery,
             ticks: status.counters.ticks,
             commands_changed: changed.iter().map(|(reason, count)| ((*reason).to_owned(), *count)).collect(),
+            withheld_commands: robot.withheld_commands(),
             aged_commands: robot.aged_commands(),
             beacons_refused: refused(robot, status),
             links: robot.links().clone(),

@@ -6,7 +6,7 @@
 use crate::adapter::{Adapter, LinkCounters};
 use drover_codec::beacon::{self, Message};
 use drover_config::RobotFile;
-use drover_contract::{Clock, DriveState, Event, Link, SafeCommand, Severity, Stamp};
+use drover_contract::{Clock, DriveState, Event, Link, SafeCommand, Severity, Stamp, Watchdog};
 use drover_core::{Node, Status, StopReason};
 use std::task::{Context, Poll};
 use std::time::Duration;
@@ -66,10 +66,10 @@ pub struct RobotLoop {
     seen_stopped: bool,
     drive_seen_ready: bool,
     reached_before_end: bool,
+    withheld_commands: u64,
     aged_commands: u64,
     beacons_refused: u64,
     links: LinkCounters,
-    texts: Vec<(Severity, String)>,
 }
 
 impl RobotLoop {
@@ -89,10 +89,10 @@ impl RobotLoop {
             seen_stopped: false,
             drive_seen_ready: false,
             reached_before_end: false,
+            withheld_commands: 0,
             aged_commands: 0,
             beacons_refused: 0,
             links: LinkCounters::default(),
-            texts: Vec::new(),
         }
     }
 
@@ -170,7 +170,13 @@ impl RobotLoop {
         &self.links
     }
 
-    /// Commands that left later after their tick than `command_age_ms` allows, and were therefore not sent.
+    /// Commands replaced by STOP because `command_age_ms` was over before they could be sent.
+    #[must_use]
+    pub const fn withheld_commands(&self) -> u64 {
+        self.withheld_commands
+    }
+
+    /// Commands that were older than `command_age_ms` when they had left.
     #[must_use]
     pub const fn aged_commands(&self) -> u64 {
         self.aged_commands
@@ -180,11 +186,6 @@ impl RobotLoop {
     #[must_use]
     pub const fn beacons_refused(&self) -> u64 {
         self.beacons_refused
-    }
-
-    /// What the firmware said since the last call.
-    pub fn take_texts(&mut self) -> Vec<(Severity, String)> {
-        std::mem::take(&mut self.texts)
     }
 
     fn receive(&mut self, now: Stamp) {
@@ -215,30 +216,27 @@ impl RobotLoop {
         while let Some(event) = self.adapter.poll_event() {
             match &event {
                 Event::Scan(_) => self.fresh_scan = true,
-                Event::Text(severity, text) => self.note(*severity, text.clone()),
+                Event::Text(severity, text) => self.log(*severity, text),
                 Event::Drive(DriveState::Ready(watchdog)) => {
                     self.drive_seen_ready = true;
-                    self.note(Severity::Info, format!("the drive obeys; {watchdog}"));
+                    // A drive that goes on when we die is said aloud; what is as it should be is there for who asks.
+                    let severity = if *watchdog == Watchdog::Absent { Severity::Warning } else { Severity::Info };
+                    self.log(severity, &format!("the drive obeys; {watchdog}"));
                 }
-                Event::Drive(state) => self.note(Severity::Info, format!("drive: {state}")),
+                Event::Drive(state) => self.log(Severity::Info, &format!("drive: {state}")),
                 Event::Odometry(_) | Event::Pose(_) | Event::Battery(_) => {}
             }
             self.node.handle_event(now, event);
         }
     }
 
-    fn note(&mut self, severity: Severity, text: String) {
-        const TEXTS_MAX: usize = 64;
+    fn log(&self, severity: Severity, text: &str) {
         let id = self.file.robot.id;
         match severity {
             Severity::Info => tracing::info!(robot = id, "{text}"),
             Severity::Warning => tracing::warn!(robot = id, "{text}"),
             Severity::Error => tracing::error!(robot = id, "{text}"),
         }
-        if self.texts.len() == TEXTS_MAX {
-            self.texts.remove(0);
-        }
-        self.texts.push((severity, text));
     }
 
     fn tick_due(&self, now: Stamp) -> bool {
@@ -255,14 +253,21 @@ impl RobotLoop {
             self.last_scan_tick = Some(now);
         }
         let command = self.node.tick(now);
+        if matches!(self.phase, Phase::Closing { .. } | Phase::Ended) {
+            return;
+        }
         let age_max = Duration::from_millis(u64::from(self.file.kind.timeouts.command_age_ms));
         if clock.now().since(now) > age_max {
-            // The computer was held up between deciding and sending: the world has moved on (invariant 3).
-            self.aged_commands += 1;
+            // The computer was held up since the tick began: the world has moved on (invariant 3).
+            self.withheld_commands += 1;
             self.adapter.command(now, SafeCommand::STOP);
-        } else if !matches!(self.phase, Phase::Closing { .. } | Phase::Ended) {
-            self.adapter.command(now, command);
+            self.adapter.flush(&mut self.links);
+            return;
         }
+        self.adapter.command(now, command);
+        self.adapter.flush(&mut self.links);
+        // Between the look at the clock and the socket lie microseconds, unless the computer was held up just there.
+        self.aged_commands += u64::from(clock.now().since(now) > age_max);
     }
 
     fn tell_peers(&mut self, now: Stamp) {

@@ -49,8 +49,7 @@ impl SafeCommand {
             return Err(NotFinite(request));
         }
         let speed_mps = request.speed_mps.clamp(-limits.reverse_mps_max, limits.speed_mps_max);
-        let yaw_rate_radps =
-            request.yaw_rate_radps.clamp(-limits.yaw_rate_radps_max, limits.yaw_rate_radps_max);
+        let yaw_rate_radps = request.yaw_rate_radps.clamp(-limits.yaw_rate_radps_max, limits.yaw_rate_radps_max);
         Ok(Self { twist_b: Twist { speed_mps, yaw_rate_radps } })
     }
 

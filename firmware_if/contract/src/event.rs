@@ -113,7 +113,9 @@ pub enum Severity {
 impl fmt::Display for Watchdog {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Fixed(span) => write!(f, "its own watchdog stops it after {} ms of silence (fixed)", span.as_millis()),
+            Self::Fixed(span) => {
+                write!(f, "its own watchdog stops it after {} ms of silence (fixed)", span.as_millis())
+            }
             Self::ReadBack(span) => write!(f, "its own watchdog is set to {} ms (read back)", span.as_millis()),
             Self::Absent => f.write_str("it has NO watchdog of its own: if this computer dies, it keeps driving"),
         }

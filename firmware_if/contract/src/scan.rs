@@ -16,7 +16,7 @@ pub enum Beam {
 /// A full turn (or part of one) of range readings around the body's origin, in the body frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scan {
-    /// When the newest of it was received.
+    /// When the oldest of it was received.
     pub stamp: Stamp,
     /// Direction of the first beam's centre, radians, body frame.
     pub angle_first_rad: f64,

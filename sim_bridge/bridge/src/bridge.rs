@@ -48,9 +48,8 @@ impl Bridge {
         let mut far_sides = Vec::new();
         let mut near_sides = Vec::new();
         for (index, robot) in swarm.robots.iter().enumerate() {
-            let (far, near) = interfaces
-                .open(swarm, index, backing)
-                .map_err(|source| BridgeError { robot: robot.id, source })?;
+            let (far, near) =
+                interfaces.open(swarm, index, backing).map_err(|source| BridgeError { robot: robot.id, source })?;
             far_sides.push(far);
             near_sides.push(near);
         }

@@ -20,8 +20,9 @@ impl RunFolder {
         let unix = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let name = format!("{}-{}", swarm.name, unix.as_millis());
         let path = Path::new(&swarm.record_dir).join(name);
-        std::fs::create_dir_all(&path)
-            .with_context(|| format!("cannot make the folder {}: set record_dir to one you can write", path.display()))?;
+        std::fs::create_dir_all(&path).with_context(|| {
+            format!("cannot make the folder {}: set record_dir to one you can write", path.display())
+        })?;
         let folder = Self { path };
         folder.write("swarm.toml", &swarm.to_toml())?;
         Ok(folder)

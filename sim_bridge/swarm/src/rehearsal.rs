@@ -54,7 +54,7 @@ impl VirtualSwarm {
         let mut robots = Vec::new();
         let mut far_ends = Vec::new();
         for (index, beacons) in near_beacons.into_iter().enumerate() {
-            let (robot, far_end) = start(swarm, index, FIRST_EPOCH, beacons, &recorder, &clock)?;
+            let (robot, far_end) = start(swarm, index, FIRST_EPOCH, beacons, (&recorder, &clock))?;
             robots.push(Some(robot));
             far_ends.push(far_end);
         }
@@ -110,8 +110,7 @@ impl VirtualSwarm {
         let (near, far) = memory_link(QUEUE);
         self.ether.replace(index, far);
         self.epochs[index] += 1;
-        let (robot, far_end) =
-            start(&self.swarm, index, self.epochs[index], near, &self.recorder, &self.clock)?;
+        let (robot, far_end) = start(&self.swarm, index, self.epochs[index], near, (&self.recorder, &self.clock))?;
         self.robots[index] = Some(robot);
         self.far_ends[index] = far_end;
         Ok(())
@@ -170,8 +169,8 @@ impl VirtualSwarm {
     }
 
     fn all_reached(&self) -> bool {
-        let running = self.robots.iter().zip(&self.tallies).filter(|(robot, _)| robot.is_some());
-        running.into_iter().all(|(_, tally)| tally.view.as_ref().is_some_and(|view| view.reached))
+        let mut running = self.robots.iter().zip(&self.tallies).filter(|(robot, _)| robot.is_some()).peekable();
+        running.peek().is_some() && running.all(|(_, tally)| tally.view.as_ref().is_some_and(|view| view.reached))
     }
 
     fn end(&mut self) {
@@ -234,8 +233,7 @@ fn start(
     index: usize,
     epoch: u32,
     beacons: MemoryLink,
-    recorder: &Recorder,
-    clock: &ManualClock,
+    (recorder, clock): (&Recorder, &ManualClock),
 ) -> Result<(RobotLoop, FarEnd), OpenError> {
     let config = &swarm.robots[index];
     let (hardware, far_end) = memory_hardware(&config.links);

@@ -27,7 +27,7 @@ pub struct Summary {
     pub min_gap_wall_m: Option<f64>,
     /// Requests that the supervisors changed.
     pub commands_changed: u64,
-    /// Commands that were older than allowed when they left, or when they reached the drive.
+    /// Commands that were older than `command_age_ms` when they had left.
     pub aged_commands: u64,
     /// Whether every robot was seen to stand still at the end, by the simulator's truth.
     pub stopped: bool,
@@ -76,7 +76,7 @@ pub struct RobotSummary {
     pub ticks: u64,
     /// Requests that its supervisor changed, by reason.
     pub commands_changed: BTreeMap<String, u64>,
-    /// Commands that were too old to be sent.
+    /// Commands that were older than `command_age_ms` when they had left.
     pub aged_commands: u64,
     /// Whether its body stood still at the end, by the simulator's truth.
     pub stopped: bool,

@@ -5,7 +5,7 @@ use drover_bridge::{CanEnd, NearSide, PlantHandle};
 use drover_config::RobotFile;
 use drover_contract::{Clock, Link};
 use drover_io::{MemoryLink, OpenError, OsClock, Recorder, memory_link};
-use drover_robot::{Assembly, Guard, Hardware, Report, Shutdown, View, assemble, drive};
+use drover_robot::{Assembled, Assembly, Guard, Hardware, Report, Shutdown, View, assemble, drive};
 use drover_world::Radio;
 use std::time::Duration;
 use tokio::sync::{mpsc, watch};
@@ -29,40 +29,42 @@ pub(crate) struct TaskContext<'a> {
     pub(crate) epoch: u32,
 }
 
-/// Start one robot's loop.
-pub(crate) fn spawn(
-    index: usize,
+/// Open one robot's links and put its loop together; nothing runs yet.
+pub(crate) fn prepare(
     file: RobotFile,
     near: NearSide,
     beacons: Box<dyn Link>,
     context: &TaskContext<'_>,
-) -> Result<JoinHandle<Report>, OpenError> {
+) -> Result<Assembled, OpenError> {
     let hardware = hardware(near)?;
     let assembly = Assembly { file, hardware, beacons, epoch: context.epoch, recorder: context.recorder };
-    let opened = assemble(assembly, context.clock)?;
-    let id = opened.robot.file().robot.id;
-    let heart = context.guard.add(id, opened.hang_limit, opened.stop);
+    assemble(assembly, context.clock)
+}
+
+/// Start robot `index`'s loop.
+pub(crate) fn start(index: usize, robot: Assembled, context: &TaskContext<'_>) -> JoinHandle<Option<Report>> {
+    let heart = context.guard.add(robot.robot.file().robot.id, robot.hang_limit, robot.stop);
     let (views, end, clock) = (context.views.clone(), context.end.clone(), *context.clock);
     let tell = move |view: View| {
         // A full queue drops this view; the next one is newer anyway.
         let _ = views.try_send((index, view));
     };
-    Ok(tokio::spawn(drive(opened.robot, clock, heart, end, tell)))
+    tokio::spawn(async move { Some(drive(robot.robot, clock, heart, end, tell).await) })
 }
 
 fn hardware(near: NearSide) -> Result<Hardware, OpenError> {
+    if let Some(links) = near.links() {
+        return Hardware::open(&links);
+    }
     match near {
-        NearSide::Mavlink(address) => Hardware::open(&drover_config::Links::Mavlink { autopilot: address }),
         NearSide::Can { drive: CanEnd::Node(drive), lidar: CanEnd::Node(lidar) } => {
             let stop = Box::new(drive.sibling());
             Ok(Hardware::Can { drive: Box::new(drive), lidar: Box::new(lidar), stop })
         }
-        NearSide::Can { drive, lidar } => {
-            let address = |end: CanEnd| match end {
-                CanEnd::Address(address) => address,
-                CanEnd::Node(_) => String::new(),
-            };
-            Hardware::open(&drover_config::Links::Can { drive: address(drive), lidar: address(lidar) })
+        NearSide::Mavlink(address)
+        | NearSide::Can { drive: CanEnd::Address(address), .. }
+        | NearSide::Can { lidar: CanEnd::Address(address), .. } => {
+            Err(OpenError::new(address, "one bus in memory and one elsewhere", "give both addresses or none"))
         }
     }
 }
@@ -83,4 +85,3 @@ pub(crate) async fn carry_beacons(ends: Vec<MemoryLink>, radio: Radio, plant: Pl
         ether.turn(clock.now(), &positions_w);
     }
 }
-

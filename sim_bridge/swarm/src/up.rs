@@ -3,7 +3,7 @@
 use crate::children::ChildRobot;
 use crate::recording::RunFolder;
 use crate::summary::{RunFacts, Summary, Tally, summarise};
-use crate::tasks::{TaskContext, ViewSender, beacon_links, carry_beacons, spawn};
+use crate::tasks::{TaskContext, ViewSender, beacon_links, carry_beacons, prepare, start};
 use drover_bridge::{Bridge, BridgeError, CanBacking, NearSide, PlantHandle, pace};
 use drover_config::Swarm;
 use drover_contract::Clock;
@@ -62,7 +62,8 @@ pub enum UpError {
 /// The robots' side of a run.
 struct Robots {
     running: Vec<JoinHandle<Option<Report>>>,
-    _guard: Guard,
+    /// Watches robots that are tasks; a process has a guard of its own.
+    _guard: Option<Guard>,
     ether: Option<JoinHandle<()>>,
 }
 
@@ -121,8 +122,11 @@ where
     let summary = plant.with(|plant| summarise(swarm, plant, &watcher.tallies, facts));
     pacing.abort();
     if let Some(folder) = &folder {
-        let text = serde_json::to_string_pretty(&summary).map_err(anyhow::Error::from)?;
-        folder.write("summary.json", &text)?;
+        let text = serde_json::to_string_pretty(&summary).unwrap_or_default();
+        if let Err(error) = folder.write("summary.json", &text) {
+            // The run is over and its summary is in our hands: a full disk must not take it from the user.
+            tracing::error!("{error:#}");
+        }
     }
     Ok(summary)
 }
@@ -151,24 +155,24 @@ impl Start<'_> {
             recorder: self.recorder,
             epoch: epoch_from_unix(),
         };
-        let mut running = Vec::new();
-        for (index, (near, beacons)) in near_sides.into_iter().zip(near_beacons).enumerate() {
-            let id = self.swarm.robots[index].id;
-            let Some(file) = self.swarm.robot_file(id) else { continue };
-            let task = spawn(index, file, near, Box::new(beacons), &context)
-                .map_err(|source| UpError::Robot { robot: id, source })?;
-            running.push(tokio::spawn(async move { task.await.ok() }));
+        // All links first, then all loops: a robot that cannot start keeps every other one standing.
+        let mut prepared = Vec::new();
+        for (robot, (near, beacons)) in self.swarm.robots.iter().zip(near_sides.into_iter().zip(near_beacons)) {
+            let Some(file) = self.swarm.robot_file(robot.id) else { continue };
+            let opened = prepare(file, near, Box::new(beacons), &context)
+                .map_err(|source| UpError::Robot { robot: robot.id, source })?;
+            prepared.push(opened);
         }
+        let running = prepared.into_iter().enumerate().map(|(index, robot)| start(index, robot, &context)).collect();
         let radio = Radio::new(self.swarm.radio, self.swarm.seed);
         let ether = carry_beacons(far_beacons, radio, self.plant.clone(), *self.clock);
-        Ok(Robots { running, _guard: guard, ether: Some(tokio::spawn(ether)) })
+        Ok(Robots { running, _guard: Some(guard), ether: Some(tokio::spawn(ether)) })
     }
 
     fn processes(self, near_sides: Vec<NearSide>, binary: &std::path::Path) -> Result<Robots, UpError> {
         let plane = &self.swarm.beacon;
         // Opened once here, so that a plane that cannot work is said before anything starts.
         drop(BeaconSocket::open(&plane.group, plane.port, &plane.interface).map_err(UpError::Beacons)?);
-        let guard = Guard::start().map_err(anyhow::Error::from)?;
         let folder = self.folder.ok_or_else(|| anyhow::anyhow!("robots as processes need a folder for their files"))?;
         let mut running = Vec::new();
         for (index, near) in near_sides.into_iter().enumerate() {
@@ -180,7 +184,7 @@ impl Start<'_> {
             let child = ChildRobot::start(binary, &file, folder.path())?;
             running.push(tokio::spawn(child.attend(index, self.views.clone(), self.end.clone())));
         }
-        Ok(Robots { running, _guard: guard, ether: None })
+        Ok(Robots { running, _guard: None, ether: None })
     }
 }
 

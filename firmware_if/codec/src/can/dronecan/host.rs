@@ -260,6 +260,7 @@ impl DronecanLidarHost {
 
     /// Give out the round's scan, if the node is fit and there is anything to say.
     fn close_round(&mut self, now: Stamp) {
+        let begun = self.round.unwrap_or(now);
         let broken = self.reassembler.counters().broken();
         let whole = std::mem::replace(&mut self.broken_before, broken) == broken;
         let fit = matches!(self.node, Node::Well | Node::Ailing);
@@ -275,8 +276,8 @@ impl DronecanLidarHost {
         }
         self.counters.scans += 1;
         self.events.push(Event::Scan(Scan {
-            // Where silence counts, it was listened to until now.
-            stamp: if silence_counts { now } else { self.newest },
+            // As old as its oldest sector: whoever carries it forward by the body's motion must not do too little.
+            stamp: begun,
             angle_first_rad: 0.0,
             angle_step_rad: self.sectors.step_rad(),
             range_m_min: self.params.range_m_min,
