@@ -96,3 +96,23 @@ pub(crate) fn nearest_wall(seen: &Surroundings, motion: &Motion, bodies: &[Body]
     let walls = seen.points_b.iter().filter(is_wall);
     walls.min_by(|a, b| (**a - from_b).norm_squared().total_cmp(&(**b - from_b).norm_squared())).copied()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use drover_contract::{Pose, Twist};
+
+    #[test]
+    fn a_peers_body_is_no_wall_and_what_stands_behind_it_is() {
+        let pose_wb = Pose::new(10.0, 5.0, std::f64::consts::FRAC_PI_2);
+        let motion = Motion { pose_wb, twist_b: Twist::ZERO, accel_mps2: 0.0, pos_bound_m: 0.05 };
+        // Ahead of the body is north: a peer 2 m ahead, whose near side is seen, and a wall 4 m to the left.
+        let (peer_side_b, wall_b) = (Vec2::new(1.6, 0.0), Vec2::new(0.0, 4.0));
+        let seen = Surroundings { points_b: vec![peer_side_b, wall_b], ..Surroundings::default() };
+        let peer = Body { pos_w: Vec2::new(10.0, 7.0), radius_m: 0.4, bound_m: 0.05 };
+        assert_eq!(nearest_wall(&seen, &motion, &[peer], Vec2::zeros()), Some(wall_b));
+        assert_eq!(nearest_wall(&seen, &motion, &[], Vec2::zeros()), Some(peer_side_b));
+        let elsewhere = Body { pos_w: Vec2::new(10.0, 9.0), ..peer };
+        assert_eq!(nearest_wall(&seen, &motion, &[elsewhere], Vec2::zeros()), Some(peer_side_b));
+    }
+}
