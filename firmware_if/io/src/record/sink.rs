@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -14,6 +14,8 @@ use std::time::{Duration, Instant};
 const MEMORY_BYTES_MAX: usize = 1 << 30;
 /// Messages that wait for the disk: some seconds of a hundred robots.
 const QUEUE: usize = 16_384;
+/// How often the thread looks for messages. It is not woken by each: that costs its robots a switch of threads a frame.
+const LOOK_PERIOD: Duration = Duration::from_millis(50);
 /// How much a crash can cost.
 const FLUSH_PERIOD: Duration = Duration::from_secs(1);
 
@@ -139,6 +141,7 @@ impl Drop for FileSink {
     fn drop(&mut self) {
         drop(self.queue.take());
         if let Some(thread) = self.thread.take() {
+            thread.thread().unpark();
             // The thread ends when it has written what is queued; it does not panic.
             let _ = thread.join();
         }
@@ -149,7 +152,7 @@ fn write_all(jobs: &Receiver<Job>, lost: &AtomicU64) {
     let mut files = BTreeMap::new();
     let mut flush_at = Instant::now() + FLUSH_PERIOD;
     loop {
-        match jobs.recv_timeout(flush_at.saturating_duration_since(Instant::now())) {
+        match jobs.try_recv() {
             Ok(Job::Create(name, file)) => {
                 files.insert(name, BufWriter::new(file));
             }
@@ -157,12 +160,14 @@ fn write_all(jobs: &Receiver<Job>, lost: &AtomicU64) {
                 let written = files.get_mut(&*name).is_some_and(|file| file.write_all(&bytes).is_ok());
                 lost.fetch_add(u64::from(!written), Ordering::Relaxed);
             }
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => return flush(&mut files),
-        }
-        if Instant::now() >= flush_at {
-            flush(&mut files);
-            flush_at = Instant::now() + FLUSH_PERIOD;
+            Err(TryRecvError::Empty) => {
+                if Instant::now() >= flush_at {
+                    flush(&mut files);
+                    flush_at = Instant::now() + FLUSH_PERIOD;
+                }
+                std::thread::park_timeout(LOOK_PERIOD);
+            }
+            Err(TryRecvError::Disconnected) => return flush(&mut files),
         }
     }
 }
