@@ -69,7 +69,12 @@ impl LiveView {
             text.push_str(&format!("\x1b[{}A", self.drawn_lines));
         }
         let clear = if self.terminal { "\x1b[K" } else { "" };
-        lines.iter().for_each(|line| text.push_str(&format!("{line}{clear}\n")));
+        // A line that wraps would stand in two rows, and the next table would begin too low.
+        let width = terminal_size::terminal_size_of(&err).map_or(usize::MAX, |(width, _)| usize::from(width.0));
+        for line in lines {
+            let fits: String = line.chars().take(width).collect();
+            text.push_str(&format!("{fits}{clear}\n"));
+        }
         // A terminal that went away is no reason to stop robots in a hurry.
         let _ = err.write_all(text.as_bytes());
         self.drawn_lines = lines.len();
