@@ -44,12 +44,20 @@ fn a_remote_control_takes_the_robot_and_giving_it_back_lets_it_drive_on() {
 }
 
 #[test]
-fn an_emergency_stop_stands_until_it_is_released() {
+fn an_emergency_stop_stands_even_when_it_is_released_until_the_process_is_started_anew() {
     let (mut virtual_swarm, index, brake_s) = injected(4, Fault::EStop(true));
     let stood_s = last_motion_s(&mut virtual_swarm, index, 6.0);
     assert!(stood_s <= 0.2 + brake_s, "moved for {stood_s:.2} s");
     assert!(!moves(&virtual_swarm, index));
     let now = virtual_swarm.now();
     virtual_swarm.plant_mut().inject(now, index, Fault::EStop(false));
-    assert!(last_motion_s(&mut virtual_swarm, index, 10.0) > 0.0, "it never drove again");
+    assert!(last_motion_s(&mut virtual_swarm, index, 15.0) <= 0.0, "a released button moved it");
+    let drive = drive_of(&virtual_swarm, index);
+    assert!(drive.contains("emergency stop") && drive.contains("start this program anew"), "{drive}");
+    virtual_swarm.restart(index).expect("it restarts");
+    assert!(last_motion_s(&mut virtual_swarm, index, 15.0) > 0.0, "it never drove again");
+}
+
+fn drive_of(virtual_swarm: &VirtualSwarm, index: usize) -> String {
+    virtual_swarm.robot(index).expect("alive").status().drive.to_string()
 }

@@ -9,10 +9,13 @@
 //! The mode is read from every 0x211, for a chassis says nothing when it loses power or is taken by the remote
 //! control: it is simply in another mode. A command that comes while the drive is not ready is dropped, never kept,
 //! so that nothing moves after a return before a fresh command (invariant 3).
+//!
+//! An emergency stop is the one thing that does not end by itself: once 0x211 has shown it, nothing is asked of the
+//! chassis and no command is sent until this host is made anew, for a button that is released is no order to drive.
 
 use super::odometer::Odometer;
-use super::verdict::{Ask, error_text, verdict};
-use super::wire::{ChassisFrame, HostFrame, MOTORS, Motion, SystemState};
+use super::verdict::{Ask, after_estop, error_text, verdict};
+use super::wire::{ChassisFrame, HostFrame, MOTORS, Motion, SystemState, Vehicle};
 use super::{Mode, Model};
 use crate::can::queue::Queue;
 use drover_contract::{Battery, CanFrame, DriveState, Event, Odometry, SafeCommand, Severity, Stamp, Twist};
@@ -77,6 +80,8 @@ pub struct AgilexHost {
     motion: Option<Stamp>,
     v1: Option<Stamp>,
     closed: bool,
+    /// An emergency stop was seen: for good.
+    estopped: bool,
     odometer: Odometer,
     motor_states: [u8; MOTORS as usize],
     bms: Option<Stamp>,
@@ -103,6 +108,7 @@ impl AgilexHost {
             motion: None,
             v1: None,
             closed: false,
+            estopped: false,
             odometer: Odometer::new(bound),
             motor_states: [0; MOTORS as usize],
             bms: None,
@@ -232,15 +238,19 @@ impl AgilexHost {
         if self.closed {
             return;
         }
+        self.estopped |= state.vehicle == Vehicle::EmergencyStop;
         let mode = self.params.model.mode(state.mode);
         let mode_before = before.map(|before| self.params.model.mode(before.mode));
         if mode == Mode::Standby && mode_before != Some(Mode::Standby) {
             self.odometer.rebase(); // a power cycle leads here, and it sets the counters back
         }
-        if mode == Mode::Can && mode_before == Some(Mode::RemoteControl) {
+        if mode == Mode::Can && mode_before == Some(Mode::RemoteControl) && !self.estopped {
             self.send_enable(now); // a Bunker Mini obeys again only when asked again, whatever mode it shows
         }
-        let (drive, ask) = verdict(self.params.model, state, mode);
+        let (drive, ask) = match state.vehicle {
+            Vehicle::Normal | Vehicle::Exception | Vehicle::Other(_) if self.estopped => after_estop(),
+            _ => verdict(self.params.model, state, mode),
+        };
         self.enter(drive, ask);
         self.repeat_ask(now);
     }

@@ -144,12 +144,23 @@ fn a_tracer_that_starts_in_remote_control_is_asked_all_the_same() {
 }
 
 #[test]
-fn an_emergency_stop_is_waited_out() {
+fn an_emergency_stop_lasts_as_long_as_the_host_whatever_the_chassis_shows_afterwards() {
     let mut host = ready();
     host.handle_frame(ms(100), &state(Vehicle::EmergencyStop, 1, 0));
-    host.handle_timeout(ms(450));
+    assert_eq!(drives(&mut host), ["refused: emergency stop pressed: start this program anew once it is safe"]);
+    let released = [(Vehicle::Exception, 1), (Vehicle::Normal, 0), (Vehicle::Normal, 3), (Vehicle::Normal, 1)];
+    for (at, (vehicle, mode)) in (2..).zip(released) {
+        host.handle_frame(ms(at * 100), &state(vehicle, mode, 0));
+        host.command(ms(at * 100), forward());
+        host.handle_timeout(ms(at * 100 + 50));
+    }
+    let why = "emergency stop was pressed: start this program anew once it is safe";
+    assert_eq!((drives(&mut host), outputs(&mut host)), (vec![format!("refused: {why}")], vec![]));
+    host.handle_timeout(ms(2_000));
+    host.handle_frame(ms(5_000), &state(Vehicle::Normal, 0, 0));
+    assert_eq!(drives(&mut host), ["silent".to_owned(), format!("refused: {why}")], "a power cycle ends nothing");
+    host.handle_timeout(ms(5_300));
     assert_eq!(outputs(&mut host), []);
-    assert_eq!(drives(&mut host), ["refused: emergency stop pressed: release the button"]);
 }
 
 #[test]

@@ -25,7 +25,9 @@ pub(super) enum Ask {
 pub(super) fn verdict(model: Model, state: SystemState, mode: Mode) -> (DriveState, Ask) {
     let refused = |why: String, ask| (DriveState::Refused(why), ask);
     match (state.vehicle, mode) {
-        (Vehicle::EmergencyStop, _) => refused("emergency stop pressed: release the button".into(), Ask::Nothing),
+        (Vehicle::EmergencyStop, _) => {
+            refused("emergency stop pressed: start this program anew once it is safe".into(), Ask::Nothing)
+        }
         (Vehicle::Exception, _) => {
             let errors = error_text(model, state.errors);
             let ask = if mode == Mode::Can { Ask::ClearErrors } else { Ask::EnableAndClear };
@@ -43,6 +45,13 @@ pub(super) fn verdict(model: Model, state: SystemState, mode: Mode) -> (DriveSta
             refused(format!("in unlisted mode {other}: asking for CAN mode"), Ask::Enable)
         }
     }
+}
+
+/// What any other state means once an emergency stop was seen: somebody wanted the robot to stand, and nobody has said
+/// since that it may drive.
+pub(super) fn after_estop() -> (DriveState, Ask) {
+    let why = "emergency stop was pressed: start this program anew once it is safe";
+    (DriveState::Refused(why.into()), Ask::Nothing)
 }
 
 /// The names of error bits and, always, the bits themselves.

@@ -315,16 +315,22 @@ fn the_remote_control_masks_commands_and_its_return_needs_a_fresh_one() {
 }
 
 #[test]
-fn an_emergency_stop_stops_at_once_and_is_cleared_after_its_release() {
+fn an_emergency_stop_stops_at_once_and_only_a_new_host_clears_it_after_its_release() {
     let mut rig = Rig::ready();
     rig.run(500, Some(FORWARD));
     rig.chassis.set_estop(true);
     assert_eq!(rig.chassis.demand(), Twist::ZERO);
     rig.run(500, Some(FORWARD));
     assert_eq!(rig.chassis.demand(), Twist::ZERO);
-    assert_eq!(rig.host.drive_state().to_string(), "refused: emergency stop pressed: release the button");
+    let why = "refused: emergency stop pressed: start this program anew once it is safe";
+    assert_eq!(rig.host.drive_state().to_string(), why);
     rig.chassis.set_estop(false);
-    rig.run(500, None);
+    rig.run(5_000, Some(FORWARD));
+    assert_eq!(rig.chassis.demand(), Twist::ZERO);
+    let why = "refused: emergency stop was pressed: start this program anew once it is safe";
+    assert_eq!(rig.host.drive_state().to_string(), why);
+    rig.host = Rig::new(Model::ScoutMini).host;
+    rig.run(700, None);
     assert!(rig.is_ready(), "{:?}", rig.drives);
     assert_eq!(rig.chassis.demand(), Twist::ZERO);
     rig.run(100, Some(FORWARD));
