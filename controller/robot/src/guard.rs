@@ -3,6 +3,9 @@
 //! The loop beats its [`Heart`] at every turn. When a heart has not beaten for longer than its limit, the guard sends
 //! that robot's stop bytes over a duplicate of its socket, and again every [`PERIOD`] until the heart beats again. The
 //! bytes are encoded beforehand and the socket is never waited for, so the guard needs nothing of the hung loop.
+//!
+//! A process that was frozen as a whole (SIGSTOP) has a hung heart when it wakes, and no hung loop: a guard that itself
+//! comes late by more than the limit lets the loop have one period to beat again.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -20,6 +23,8 @@ struct Ward {
     heart: Arc<HeartState>,
     limit: Duration,
     stop: StopAction,
+    /// The beat after which the guard itself came late: forgiven once.
+    forgiven_us: Option<u64>,
 }
 
 #[derive(Default)]
@@ -66,7 +71,7 @@ impl Guard {
         let state = Arc::new(HeartState::default());
         let heart = Heart { state: Arc::clone(&state), epoch: self.shared.epoch };
         heart.beat();
-        lock(&self.shared.wards).push(Ward { robot, heart: state, limit, stop });
+        lock(&self.shared.wards).push(Ward { robot, heart: state, limit, stop, forgiven_us: None });
         heart
     }
 }
@@ -122,19 +127,25 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 fn watch(shared: &Shared) {
+    let mut looked_us = micros(shared.epoch);
     while !shared.ended.load(Ordering::Relaxed) {
         let now_us = micros(shared.epoch);
+        let late_us = now_us.saturating_sub(std::mem::replace(&mut looked_us, now_us));
         let mut wards = lock(&shared.wards);
         wards.retain(|ward| !ward.heart.at_rest.load(Ordering::Relaxed));
-        wards.iter_mut().for_each(|ward| look_at(ward, now_us));
+        wards.iter_mut().for_each(|ward| look_at(ward, now_us, late_us));
         drop(wards);
         std::thread::sleep(PERIOD);
     }
 }
 
-fn look_at(ward: &mut Ward, now_us: u64) {
-    let silent_us = now_us.saturating_sub(ward.heart.beaten_us.load(Ordering::Relaxed));
-    let hung = u128::from(silent_us) > ward.limit.as_micros();
+/// `late_us`: since the guard looked last.
+fn look_at(ward: &mut Ward, now_us: u64, late_us: u64) {
+    let beaten_us = ward.heart.beaten_us.load(Ordering::Relaxed);
+    let silent_us = now_us.saturating_sub(beaten_us);
+    let longer = |span_us: u64| u128::from(span_us) > ward.limit.as_micros();
+    let frozen = longer(late_us) && ward.forgiven_us.replace(beaten_us) != Some(beaten_us);
+    let hung = longer(silent_us) && !frozen;
     let panicked = ward.heart.panicked.load(Ordering::Relaxed);
     if !hung && !panicked {
         return;
@@ -172,6 +183,22 @@ mod tests {
         std::thread::sleep(Duration::from_millis(600));
         assert!(stops.load(Ordering::Relaxed) >= 3);
         assert_eq!(heart.stops_sent() as usize, stops.load(Ordering::Relaxed));
+    }
+
+    #[test]
+    fn a_guard_that_comes_late_itself_forgives_a_silent_heart_once() {
+        let guard = Guard::start().expect("a thread");
+        let (heart, stops) = counted(&guard, 60_000);
+        // Looked at by hand, as after a second in which the whole process was frozen.
+        let mut ward = lock(&guard.shared.wards).pop().expect("it was added");
+        ward.limit = Duration::from_millis(250);
+        let beaten_us = heart.state.beaten_us.load(Ordering::Relaxed);
+        look_at(&mut ward, beaten_us + 1_000_000, 1_000_000);
+        assert_eq!(stops.load(Ordering::Relaxed), 0);
+        look_at(&mut ward, beaten_us + 1_020_000, 20_000);
+        assert_eq!(stops.load(Ordering::Relaxed), 1, "it had its time to beat");
+        look_at(&mut ward, beaten_us + 2_000_000, 980_000);
+        assert_eq!(stops.load(Ordering::Relaxed), 2, "only once");
     }
 
     #[test]

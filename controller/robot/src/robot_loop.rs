@@ -110,6 +110,11 @@ impl RobotLoop {
         self.advance_phase(now);
     }
 
+    /// The guard has stopped the drive because this loop hung. To be called before the next turn.
+    pub fn handle_guard_stop(&mut self, now: Stamp) {
+        self.adapter.handle_guard_stop(now);
+    }
+
     /// When the next turn is due if nothing arrives before, and why.
     #[must_use]
     pub fn poll_timeout(&self) -> (Stamp, &'static str) {
@@ -223,6 +228,8 @@ impl RobotLoop {
                     let severity = if *watchdog == Watchdog::Absent { Severity::Warning } else { Severity::Info };
                     self.log(severity, &format!("the drive obeys; {watchdog}"));
                 }
+                // Some refusals last until a human acts: they must be heard of.
+                Event::Drive(state @ DriveState::Refused(_)) => self.log(Severity::Warning, &format!("drive: {state}")),
                 Event::Drive(state) => self.log(Severity::Info, &format!("drive: {state}")),
                 Event::Odometry(_) | Event::Pose(_) | Event::Battery(_) => {}
             }

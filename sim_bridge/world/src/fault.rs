@@ -16,6 +16,8 @@ pub enum Fault {
     PowerCycle,
     /// Somebody takes the drive by remote control (asking nothing of it), or gives it back.
     RemoteControl(bool),
+    /// Somebody at a ground station sets the autopilot's mode (ArduPilot's number of it). A chassis has no station.
+    StationMode(u32),
     /// Somebody presses the emergency stop, or releases it. A rover's button cuts the motors' power behind the
     /// autopilot's back: it drives on when the button is released, unless it was told otherwise.
     EStop(bool),

@@ -126,6 +126,10 @@ impl Station {
             }
             Fault::PowerCycle => self.firmware.power_cycle(now),
             Fault::RemoteControl(on) => self.firmware.set_remote_control(on),
+            Fault::StationMode(custom_mode) => match &mut self.firmware {
+                Firmware::Rover { autopilot, .. } => autopilot.station_mode(custom_mode),
+                Firmware::Chassis { .. } => {}
+            },
             Fault::EStop(pressed) => match &mut self.firmware {
                 Firmware::Rover { .. } => self.rover_estop = pressed,
                 Firmware::Chassis { drive, .. } => drive.set_estop(pressed),

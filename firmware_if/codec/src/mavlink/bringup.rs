@@ -4,7 +4,14 @@
 //!
 //! HOLD comes before arming because the autopilot keeps a setpoint that reached it in GUIDED while disarmed and drives
 //! it as soon as it is armed; entering GUIDED anew clears it. An acknowledgement alone never makes a drive ready: its
-//! own HEARTBEAT must show it. Pure: time is an argument, requests are polled.
+//! own HEARTBEAT must show it.
+//!
+//! Once it was ready, a heartbeat that shows another mode or disarmed is somebody else's decision: an operator's at a
+//! ground station, or a failsafe's of the autopilot itself. No mode and no arming is asked for then, whatever else
+//! happens on the link, until the autopilot has restarted. When its heartbeat shows armed and GUIDED again, authority
+//! was given back: what it may still follow is stopped, telemetry asked for, and it is ready for fresh commands.
+//!
+//! Pure: time is an argument, requests are polled.
 
 use super::raw::Heartbeat;
 use super::request::{Request, ack};
@@ -29,8 +36,6 @@ const CONFIRM_PATIENCE: Duration = Duration::from_millis(3500);
 /// The first pause after a refusal; it doubles with each refusal in a row.
 const PAUSE_MIN: Duration = Duration::from_secs(1);
 const PAUSE_MAX: Duration = Duration::from_secs(8);
-/// A drive that was ready for this long starts again with the shortest pause.
-const STEADY: Duration = Duration::from_secs(10);
 /// A text explains a refusal if it came at most this long before it.
 const TEXT_AGE_MAX: Duration = Duration::from_secs(2);
 /// Let go of the drive: so often, so far apart.
@@ -57,7 +62,7 @@ enum Step {
     Ready,
     /// Refused, or lost: try again at this moment.
     Pause(Stamp),
-    /// A human or a mission drives it: wait until they let go.
+    /// Somebody else has decided how it is: wait until they let go or, once it was ready, give it back.
     Taken,
     /// It is no ground rover that we know how to drive.
     Foreign,
@@ -84,8 +89,12 @@ pub(crate) struct BringUp {
     outbox: VecDeque<(Request, u8)>,
     heartbeat: Option<Heartbeat>,
     prearm_ok: bool,
-    /// A heartbeat has shown armed and GUIDED since GUIDED was asked for.
+    /// The newest heartbeat since GUIDED was asked for shows armed and GUIDED.
     confirmed: bool,
+    /// It was ready since it last started: who changes its mode now has decided, and nothing here undoes it.
+    led: bool,
+    /// What it may still follow has to be stopped.
+    stop_due: bool,
     refusals: u32,
     /// The newest complaint: it may explain a refusal.
     complaint: Option<(Stamp, String)>,
@@ -106,6 +115,8 @@ impl BringUp {
             heartbeat: None,
             prearm_ok: false,
             confirmed: false,
+            led: false,
+            stop_due: false,
             refusals: 0,
             complaint: None,
             refusal: None,
@@ -124,6 +135,11 @@ impl BringUp {
     /// The next request, with its confirmation number (how often it was sent before).
     pub(crate) fn poll_request(&mut self) -> Option<(Request, u8)> {
         self.outbox.pop_front()
+    }
+
+    /// Whether a zero setpoint has to leave now; it is said once.
+    pub(crate) fn take_stop(&mut self) -> bool {
+        std::mem::take(&mut self.stop_due)
     }
 
     /// When time alone changes something.
@@ -164,14 +180,17 @@ impl BringUp {
     /// The autopilot's own heartbeat.
     pub(crate) fn handle_heartbeat(&mut self, now: Stamp, heartbeat: Heartbeat) {
         self.heartbeat = Some(heartbeat);
-        let driving = heartbeat.armed() && heartbeat.custom_mode == mode::GUIDED;
+        let driving = obeying(heartbeat);
         match self.step {
             Step::Silent if drivable(heartbeat) => self.begin(now),
             Step::Silent | Step::Foreign => self.judge_foreign(now, heartbeat),
+            Step::Stream(_) | Step::Ready | Step::Pause(_) | Step::Taken if self.led && !driving => {
+                self.respect(now, heartbeat);
+            }
+            Step::Taken if self.led => self.resume(now),
             Step::Prearm if heartbeat.armed() => self.enter(now, Step::Hold),
-            Step::Stream(_) => self.confirmed |= driving,
+            Step::Stream(_) => self.confirmed = driving,
             Step::Confirm if driving => self.enter(now, Step::Ready),
-            Step::Ready if !driving => self.lose(now, heartbeat),
             Step::Taken if released(heartbeat) => self.pause(now, PAUSE_MIN),
             Step::Prearm | Step::Hold | Step::Arm | Step::Guided | Step::Confirm => {}
             Step::Ready | Step::Pause(_) | Step::Taken | Step::Released => {}
@@ -220,12 +239,28 @@ impl BringUp {
         }
     }
 
-    /// Nothing was heard for too long, or it has restarted: everything begins anew.
+    /// The autopilot has restarted: nobody has decided anything about it yet.
+    pub(crate) fn handle_restart(&mut self, now: Stamp) {
+        self.led = false;
+        self.refusals = 0;
+        self.handle_lost(now);
+    }
+
+    /// Our own guard has put it in HOLD because our loop hung: that is nobody else's decision.
+    pub(crate) fn handle_own_stop(&mut self, now: Stamp) {
+        if self.led && matches!(self.step, Step::Ready | Step::Stream(_)) {
+            self.led = false;
+            self.refuse(now, "stopped by this program's own guard: trying again".into());
+        }
+    }
+
+    /// Nothing was heard for too long. Who has decided about it is not forgotten.
     pub(crate) fn handle_lost(&mut self, now: Stamp) {
         self.heartbeat = None;
         self.prearm_ok = false;
         self.pending = None;
         self.outbox.clear();
+        self.stop_due = false;
         if self.step != Step::Released {
             self.step = Step::Silent;
             self.since = now;
@@ -254,6 +289,8 @@ impl BringUp {
 
     fn begin(&mut self, now: Stamp) {
         match self.heartbeat {
+            Some(seen) if self.led && obeying(seen) => self.resume(now),
+            Some(seen) if self.led => self.respect(now, seen),
             Some(seen) if !released(seen) => self.yield_to_driver(now, seen),
             Some(seen) if seen.armed() || self.prearm_ok => self.enter(now, Step::Hold),
             Some(_) | None => self.enter(now, Step::Prearm),
@@ -263,8 +300,35 @@ impl BringUp {
     /// A human or a mission drives it: keep off until they let go.
     fn yield_to_driver(&mut self, now: Stamp, seen: Heartbeat) {
         let name = mode::name(seen.custom_mode);
-        self.refuse(now, format!("somebody drives it in mode {name}, waiting for HOLD"));
+        self.explain(now, format!("somebody drives it in mode {name}, waiting for HOLD"));
+        self.leave_alone(now);
+    }
+
+    /// It was ready and is not any more, and that was not us: keep off until it is given back.
+    fn respect(&mut self, now: Stamp, seen: Heartbeat) {
+        let name = mode::name(seen.custom_mode);
+        let what = if seen.armed() { format!("{name} was set") } else { format!("it was disarmed (mode {name})") };
+        let words = format!("{what} by somebody else (or a failsafe): set GUIDED and arm, or start this program anew");
+        if self.step == Step::Taken && self.refusal.as_ref().is_some_and(|(_, told)| *told == words) {
+            return;
+        }
+        self.explain(now, words);
+        self.leave_alone(now);
+    }
+
+    fn leave_alone(&mut self, now: Stamp) {
+        self.pending = None;
+        self.outbox.clear();
         self.step = Step::Taken;
+        self.since = now;
+    }
+
+    /// It is armed and in GUIDED as we left it, or was given back: its mode is not touched. What it may still follow
+    /// is stopped, and it may have forgotten who gets which telemetry.
+    fn resume(&mut self, now: Stamp) {
+        self.stop_due = true;
+        self.confirmed = true;
+        self.enter(now, Step::Stream(0));
     }
 
     fn enter(&mut self, now: Stamp, step: Step) {
@@ -279,6 +343,8 @@ impl BringUp {
             Step::Stream(index) => ("asking for telemetry", Some(self.stream(index))),
             Step::Confirm => ("waiting for its heartbeat to show GUIDED", None),
             Step::Ready => {
+                self.led = true;
+                self.refusals = 0;
                 self.state = DriveState::Ready(Watchdog::Fixed(SETPOINT_WATCHDOG));
                 return;
             }
@@ -335,16 +401,22 @@ impl BringUp {
         }
     }
 
+    /// Refused: say so, and try again after a pause.
     fn refuse(&mut self, now: Stamp, words: String) {
+        self.explain(now, words);
+        let wait = PAUSE_MIN.saturating_mul(1 << self.refusals.min(3)).min(PAUSE_MAX);
+        self.refusals = self.refusals.saturating_add(1);
+        self.pause(now, wait);
+    }
+
+    /// Say why it does not drive, in our words and those that it has just said itself.
+    fn explain(&mut self, now: Stamp, words: String) {
         let fresh = self.complaint.as_ref().filter(|(when, _)| now.since(*when) <= TEXT_AGE_MAX);
         self.state = DriveState::Refused(match fresh {
             Some((_, text)) => format!("{words} ({text})"),
             None => words.clone(),
         });
         self.refusal = Some((now, words));
-        let wait = PAUSE_MIN.saturating_mul(1 << self.refusals.min(3)).min(PAUSE_MAX);
-        self.refusals += 1;
-        self.pause(now, wait);
     }
 
     fn pause(&mut self, now: Stamp, wait: Duration) {
@@ -352,18 +424,6 @@ impl BringUp {
         self.outbox.clear();
         self.step = Step::Pause(now + wait);
         self.since = now;
-    }
-
-    /// It was ready and its heartbeat shows that it no longer obeys.
-    fn lose(&mut self, now: Stamp, heartbeat: Heartbeat) {
-        if now.since(self.since) >= STEADY {
-            self.refusals = 0;
-        }
-        if released(heartbeat) {
-            self.refuse(now, self.contradiction());
-        } else {
-            self.yield_to_driver(now, heartbeat);
-        }
     }
 
     fn contradiction(&self) -> String {
@@ -402,6 +462,11 @@ impl BringUp {
 /// MAV_TYPE_GROUND_ROVER under MAV_AUTOPILOT_ARDUPILOTMEGA: the mode numbers mean other things elsewhere.
 const fn drivable(heartbeat: Heartbeat) -> bool {
     heartbeat.vehicle_type == 10 && heartbeat.autopilot == 3
+}
+
+/// Whether it does what a computer asks: armed, in GUIDED.
+const fn obeying(heartbeat: Heartbeat) -> bool {
+    heartbeat.armed() && heartbeat.custom_mode == mode::GUIDED
 }
 
 /// Whether nobody else is driving: it is disarmed, holding, obeying a computer or starting up.

@@ -1,4 +1,6 @@
-//! TIMESYNC (111): how long a question takes to the autopilot and back.
+//! TIMESYNC (111): how long a question takes to the autopilot and back, and whether the autopilot has restarted.
+//!
+//! An autopilot answers with the time since it started; it does so even where its telemetry is switched off.
 
 use drover_contract::{MavId, Stamp};
 use mavlink::dialects::common::{MavMessage, TIMESYNC_DATA};
@@ -8,17 +10,33 @@ const SPACING: Duration = Duration::from_secs(5);
 /// An answer that took longer than this measured something else.
 const ROUND_TRIP_MAX: Duration = Duration::from_secs(2);
 
+/// The autopilot's time may fall by this much (answers are corrected for the way of the question) without a restart.
+const FALL_NS_MAX: i64 = 1_000_000_000;
+
+/// What a message means for us.
+#[derive(Clone, Debug)]
+pub(crate) enum Heard {
+    /// A question: this is the answer to it.
+    Question(Box<MavMessage>),
+    /// The autopilot's time has fallen.
+    Restart,
+    /// Nothing to be done.
+    Nothing,
+}
+
 /// Asks, answers and measures.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Timesync {
     next: Stamp,
     asked: Option<Stamp>,
     round_trip: Option<Duration>,
+    /// What the autopilot answered last, nanoseconds since it started.
+    answered_ns: Option<i64>,
 }
 
 impl Timesync {
     pub(crate) const fn new(now: Stamp) -> Self {
-        Self { next: now, asked: None, round_trip: None }
+        Self { next: now, asked: None, round_trip: None, answered_ns: None }
     }
 
     pub(crate) const fn round_trip(&self) -> Option<Duration> {
@@ -27,6 +45,11 @@ impl Timesync {
 
     pub(crate) const fn due(&self) -> Stamp {
         self.next
+    }
+
+    /// The autopilot has restarted: its time starts anew.
+    pub(crate) fn forget(&mut self) {
+        self.answered_ns = None;
     }
 
     /// The question, when it is time for one.
@@ -40,17 +63,19 @@ impl Timesync {
     }
 
     /// A question is answered with our time; an answer to our own question is measured.
-    pub(crate) fn handle(&mut self, now: Stamp, wire: &TIMESYNC_DATA, from: MavId) -> Option<MavMessage> {
+    pub(crate) fn handle(&mut self, now: Stamp, wire: &TIMESYNC_DATA, from: MavId) -> Heard {
         if wire.tc1 == 0 {
-            return Some(message(nanoseconds(now), wire.ts1, from));
+            return Heard::Question(Box::new(message(nanoseconds(now), wire.ts1, from)));
         }
-        let asked = self.asked.filter(|asked| nanoseconds(*asked) == wire.ts1)?;
+        let Some(asked) = self.asked.filter(|asked| nanoseconds(*asked) == wire.ts1) else { return Heard::Nothing };
         self.asked = None;
         let took = now.since(asked);
         if took <= ROUND_TRIP_MAX {
             self.round_trip = Some(took);
         }
-        None
+        let before = self.answered_ns.replace(wire.tc1);
+        let fell = before.is_some_and(|before| wire.tc1 < before.saturating_sub(FALL_NS_MAX));
+        if fell { Heard::Restart } else { Heard::Nothing }
     }
 }
 

@@ -9,7 +9,7 @@
 //! sector of 45 degrees says how far something is, not where, and an empty one may be silent.
 
 use super::bringup::BringUp;
-use super::clock::Timesync;
+use super::clock::{Heard, Timesync};
 use super::motion::Motion;
 use super::obstacle::{self, NoScan, RangeLimits};
 use super::outbox::{self, Outbox};
@@ -93,7 +93,7 @@ impl MavHost {
                 Err(skipped) => self.counters.wire.skip(skipped),
             }
         }
-        self.settle();
+        self.settle(now);
     }
 
     /// Do what time asks for.
@@ -115,7 +115,7 @@ impl MavHost {
             self.bringup.refresh_streams();
         }
         self.bringup.handle_timeout(now);
-        self.settle();
+        self.settle(now);
     }
 
     /// When [`MavHost::handle_timeout`] wants to be called next, and what for.
@@ -144,8 +144,15 @@ impl MavHost {
     /// times until the autopilot's heartbeat shows it.
     pub fn shutdown(&mut self, now: Stamp) {
         self.bringup.release(now);
-        self.settle();
+        self.settle(now);
         self.outbox.set_setpoint(now, Twist::ZERO);
+    }
+
+    /// [`MavHost::stop_bytes`] were sent by a guard of ours: the HOLD that follows is our own doing, and no decision
+    /// of somebody else's. Call it before the datagrams that came since are handed in.
+    pub fn handle_own_stop(&mut self, now: Stamp) {
+        self.bringup.handle_own_stop(now);
+        self.settle(now);
     }
 
     /// The datagrams that stop the robot whatever state this host is in, for a shell whose loop has died: a zero
@@ -209,12 +216,22 @@ impl MavHost {
     fn lose(&mut self, now: Stamp) {
         self.heard = None;
         self.heartbeat_heard = None;
-        self.motion = Motion::default();
+        self.motion.forget();
         self.bringup.handle_lost(now);
     }
 
+    /// The autopilot has restarted: it is disarmed and its streams are gone.
+    fn restart(&mut self, now: Stamp) {
+        self.tell(Event::Text(Severity::Warning, "the autopilot has restarted".into()));
+        self.heard = Some(now);
+        self.heartbeat_heard = None;
+        self.motion = Motion::default();
+        self.clock.forget();
+        self.bringup.handle_restart(now);
+    }
+
     /// Hand on what the bring-up asks for and tell its state if it changed.
-    fn settle(&mut self) {
+    fn settle(&mut self, now: Stamp) {
         while let Some((request, confirmation)) = self.bringup.poll_request() {
             self.outbox.push_request(request, confirmation);
         }
@@ -223,6 +240,9 @@ impl MavHost {
             // What was decided for a drive that obeyed is not sent to one that has ceased to.
             self.outbox.clear_setpoint();
             self.tell(Event::Drive(self.told.clone()));
+        }
+        if self.bringup.take_stop() {
+            self.outbox.set_setpoint(now, Twist::ZERO);
         }
     }
 
@@ -294,21 +314,20 @@ impl MavHost {
                     Err(_) => self.counters.nonsense += 1,
                 }
             }
-            Ok(MavMessage::TIMESYNC(wire)) => {
-                if let Some(answer) = self.clock.handle(now, &wire, frame.from) {
-                    self.outbox.push(answer);
-                }
-            }
+            Ok(MavMessage::TIMESYNC(wire)) => match self.clock.handle(now, &wire, frame.from) {
+                Heard::Question(answer) => self.outbox.push(*answer),
+                Heard::Restart => self.restart(now),
+                Heard::Nothing => {}
+            },
             Ok(_) | Err(_) => self.counters.nonsense += 1,
         }
     }
 
-    /// An autopilot whose clock falls has restarted: it is disarmed and its streams are gone.
+    /// An autopilot whose clock falls has restarted. Only that is believed: a message that was long on its way looks
+    /// like a restart too if its age is reckoned, and a restart gives back the right to arm.
     fn watch_clock(&mut self, now: Stamp, boot_ms: u32) {
         if self.motion.restarted(boot_ms) {
-            self.tell(Event::Text(Severity::Warning, "the autopilot has restarted".into()));
-            self.lose(now);
-            self.heard = Some(now);
+            self.restart(now);
         }
     }
 

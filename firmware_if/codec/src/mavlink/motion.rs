@@ -40,6 +40,11 @@ impl Motion {
         last.is_some_and(|last| (boot_ms.wrapping_sub(last) as i32) < -REORDER_MS_MAX)
     }
 
+    /// The link was silent: what was heard is of the past, except how late it was on the autopilot's own clock.
+    pub(crate) fn forget(&mut self) {
+        self.attitude = None;
+    }
+
     pub(crate) fn handle_attitude(&mut self, wire: &ATTITUDE_DATA) -> Result<(), Nonsense> {
         let attitude = Attitude {
             boot_ms: wire.time_boot_ms,

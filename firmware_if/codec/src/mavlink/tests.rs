@@ -18,6 +18,7 @@ const LIMITS: Limits = Limits {
     yaw_accel_radps2_max: 1.0,
 };
 const HOST: MavId = MavId { system: 7, component: 191 };
+const ELSE: &str = "somebody else (or a failsafe): set GUIDED and arm, or start this program anew";
 
 /// A host, and a mouth for the autopilot of its robot.
 struct Rig {
@@ -122,6 +123,51 @@ impl Rig {
         self.heartbeat(mode::GUIDED, true);
         assert_eq!(*self.state(), DriveState::Ready(Watchdog::Fixed(Duration::from_secs(3))));
         self.sent();
+    }
+
+    /// Its heartbeats show this for half a minute, and the host asks for nothing and drives nothing.
+    fn stays_alone(&mut self, custom_mode: u32, armed: bool) {
+        for _ in 0..75 {
+            self.heartbeat(custom_mode, armed);
+            self.drive(0.5);
+            self.wait(Duration::from_millis(400));
+        }
+        assert_eq!(self.sent(), []);
+        self.refusal();
+    }
+
+    /// Its heartbeat shows armed and GUIDED: it is stopped and telemetry asked for, no mode; then it drives.
+    fn is_given_back(&mut self) {
+        self.heartbeat(mode::GUIDED, true);
+        self.drive(0.5);
+        let sent = self.sent();
+        assert!(matches!(&sent[0], Inbound::Setpoint(it) if it.demand(&Pose::default()) == Demand::Twist(Twist::ZERO)));
+        assert!(matches!(sent[1..], [Inbound::Command(Command { ask: Ask::Interval { message: 32, .. }, .. })]));
+        for _ in 0..4 {
+            self.ack(511, AckResult::Accepted);
+        }
+        assert!(matches!(self.state(), DriveState::Ready(_)));
+        self.sent();
+        self.drive(0.5);
+        assert_eq!(self.setpoints(), [Demand::Twist(Twist::new(0.5, 0.0))]);
+    }
+
+    /// The next time question; the link is kept alive until it comes.
+    fn time_question(&mut self) -> i64 {
+        let ready = matches!(self.state(), DriveState::Ready(_));
+        for _ in 0..60 {
+            self.heartbeat(if ready { mode::GUIDED } else { mode::MANUAL }, ready);
+            self.wait(Duration::from_millis(100));
+            let mut counters = WireCounters::default();
+            while let Some(bytes) = self.host.poll_output() {
+                for received in decode(7, &bytes, &mut counters) {
+                    if let Inbound::TimeQuestion { asked_ns } = received.what {
+                        return asked_ns;
+                    }
+                }
+            }
+        }
+        panic!("no time question");
     }
 
     fn drive(&mut self, speed_mps: f64) {
@@ -310,26 +356,141 @@ fn a_human_who_takes_over_is_left_alone_until_they_let_go() {
     rig.drive(0.5);
     rig.heartbeat(mode::MANUAL, true);
     assert!(rig.setpoints().is_empty(), "not even what was decided before");
+    assert_eq!(rig.refusal(), format!("MANUAL was set by {ELSE}"));
+    rig.stays_alone(mode::MANUAL, true);
+    rig.stays_alone(mode::HOLD, true);
+    assert_eq!(rig.refusal(), format!("HOLD was set by {ELSE}"));
+    rig.is_given_back();
+}
+
+#[test]
+fn a_human_who_drives_at_first_contact_is_waited_for_until_hold() {
+    let mut rig = Rig::new();
+    rig.heartbeat(mode::MANUAL, true);
     assert_eq!(rig.refusal(), "somebody drives it in mode MANUAL, waiting for HOLD");
-    for _ in 0..30 {
-        rig.heartbeat(mode::MANUAL, true);
-        rig.wait(Duration::from_millis(400));
-    }
-    assert!(rig.sent().is_empty());
+    rig.stays_alone(mode::MANUAL, true);
     rig.heartbeat(mode::HOLD, true);
     rig.wait(Duration::from_millis(1001));
     assert_eq!(rig.asked(), [Ask::Mode(mode::HOLD)]);
 }
 
 #[test]
-fn a_drive_that_is_disarmed_behind_our_back_is_brought_up_again() {
+fn a_drive_that_is_disarmed_behind_our_back_stays_disarmed_until_it_is_given_back() {
     let mut rig = Rig::new();
     rig.bring_up();
     rig.text("EKF failsafe");
     rig.heartbeat(mode::HOLD, false);
-    assert_eq!(rig.refusal(), "its heartbeat shows it disarmed (EKF failsafe)");
+    assert_eq!(rig.refusal(), format!("it was disarmed (mode HOLD) by {ELSE} (EKF failsafe)"));
+    rig.stays_alone(mode::HOLD, false);
+    rig.stays_alone(mode::GUIDED, false);
+    assert_eq!(rig.refusal(), format!("it was disarmed (mode GUIDED) by {ELSE}"));
+    rig.is_given_back();
+}
+
+#[test]
+fn what_somebody_else_set_outlasts_silence_and_a_restart_of_the_autopilot_ends_it() {
+    let mut rig = Rig::new();
+    rig.bring_up();
+    rig.position(60_000);
+    rig.heartbeat(mode::HOLD, true);
+    rig.wait(Duration::from_secs(5));
+    assert_eq!(*rig.state(), DriveState::Silent);
+    rig.heartbeat(mode::HOLD, true);
+    assert_eq!(rig.refusal(), format!("HOLD was set by {ELSE}"));
+    rig.position(66_000);
+    rig.stays_alone(mode::HOLD, true);
+    rig.position(900);
+    assert_eq!(*rig.state(), DriveState::Silent);
+    rig.heartbeat(mode::MANUAL, false);
+    assert_eq!(*rig.state(), DriveState::BringUp("waiting for pre-arm check"));
+}
+
+#[test]
+fn a_mode_that_changed_while_the_link_was_silent_is_somebody_elses_too() {
+    let mut rig = Rig::new();
+    rig.bring_up();
+    rig.position(60_000);
+    rig.wait(Duration::from_secs(5));
+    assert_eq!(*rig.state(), DriveState::Silent);
+    rig.heartbeat(mode::HOLD, true);
+    assert_eq!(rig.refusal(), format!("HOLD was set by {ELSE}"));
+    rig.stays_alone(mode::HOLD, true);
+    rig.is_given_back();
+}
+
+#[test]
+fn a_link_that_is_back_finds_the_drive_ours_and_asks_for_no_mode() {
+    let mut rig = Rig::new();
+    rig.bring_up();
+    rig.wait(Duration::from_secs(1));
+    rig.sent();
+    assert_eq!(*rig.state(), DriveState::Silent);
+    rig.is_given_back();
+}
+
+#[test]
+fn hold_that_comes_while_telemetry_is_asked_for_anew_is_respected() {
+    let mut rig = Rig::new();
+    rig.bring_up();
+    rig.wait(Duration::from_secs(1));
+    rig.heartbeat(mode::GUIDED, true);
+    rig.ack(511, AckResult::Accepted);
+    rig.sent();
+    rig.heartbeat(mode::HOLD, true);
+    assert_eq!(rig.refusal(), format!("HOLD was set by {ELSE}"));
+    rig.ack(511, AckResult::Accepted);
+    rig.stays_alone(mode::HOLD, true);
+    rig.wait(Duration::from_millis(100));
+    rig.is_given_back();
+}
+
+#[test]
+fn telemetry_that_is_refused_after_the_return_never_leads_to_a_mode_being_set() {
+    let mut rig = Rig::new();
+    rig.bring_up();
+    rig.wait(Duration::from_secs(1));
+    rig.heartbeat(mode::GUIDED, true);
+    rig.ack(511, AckResult::Denied);
+    assert_eq!(rig.refusal(), "message 32 at 40 Hz denied");
+    rig.sent();
+    rig.wait(Duration::from_millis(500));
+    rig.heartbeat(mode::HOLD, false);
+    assert_eq!(rig.refusal(), format!("it was disarmed (mode HOLD) by {ELSE}"));
+    rig.stays_alone(mode::HOLD, false);
+}
+
+#[test]
+fn our_own_guards_hold_is_no_decision_of_somebody_else_unless_there_was_one_before() {
+    let mut rig = Rig::new();
+    rig.bring_up();
+    rig.host.handle_own_stop(rig.now);
+    assert_eq!(rig.refusal(), "stopped by this program's own guard: trying again");
+    rig.heartbeat(mode::HOLD, true);
     rig.wait(Duration::from_millis(1001));
     assert_eq!(rig.asked(), [Ask::Mode(mode::HOLD)]);
+
+    let mut rig = Rig::new();
+    rig.bring_up();
+    rig.heartbeat(mode::HOLD, true);
+    rig.host.handle_own_stop(rig.now);
+    rig.stays_alone(mode::HOLD, true);
+}
+
+#[test]
+fn a_restart_shows_in_answered_time_questions_where_telemetry_is_off() {
+    let mut rig = Rig::new();
+    rig.bring_up();
+    for now_ns in [90_000_000_000, 95_000_000_000, 2_000_000_000] {
+        assert!(matches!(rig.state(), DriveState::Ready(_)), "before {now_ns}");
+        let asked_ns = rig.time_question();
+        rig.say(&Telemetry::Time { now_ns, asked_ns, to: HOST });
+    }
+    assert_eq!(*rig.state(), DriveState::Silent);
+    rig.heartbeat(mode::MANUAL, false);
+    assert_eq!(*rig.state(), DriveState::BringUp("waiting for pre-arm check"));
+    let asked_ns = rig.time_question();
+    rig.say(&Telemetry::Time { now_ns: 7_000_000_000, asked_ns, to: HOST });
+    assert_eq!(*rig.state(), DriveState::BringUp("waiting for pre-arm check"), "noticed once");
 }
 
 #[test]
@@ -343,7 +504,7 @@ fn an_autopilot_that_falls_silent_is_lost_within_the_link_timeout_and_found_agai
     rig.wait(Duration::from_millis(1));
     assert_eq!(*rig.state(), DriveState::Silent);
     assert!(rig.setpoints().is_empty());
-    rig.bring_up();
+    rig.is_given_back();
 }
 
 #[test]

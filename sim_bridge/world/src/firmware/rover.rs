@@ -153,9 +153,14 @@ impl VirtualRover {
         self.change_mode(mode::MANUAL);
     }
 
-    /// They put it down again, with the switch on HOLD.
+    /// They put it down again and switch back to GUIDED, which gives it back to its computer: it stands until told.
     pub fn rc_release(&mut self) {
-        self.change_mode(mode::HOLD);
+        self.change_mode(mode::GUIDED);
+    }
+
+    /// Somebody at a ground station sets a mode (HEARTBEAT.custom_mode); one that it does not have changes nothing.
+    pub fn station_mode(&mut self, custom_mode: u32) {
+        self.set_mode(custom_mode);
     }
 
     /// The mode, as HEARTBEAT.custom_mode says it.
