@@ -30,8 +30,9 @@ fn python_can_enables_and_drives_the_virtual_chassis_and_sees_it_stop_500_ms_aft
     assert!((0.3..0.7).contains(&path_m), "0.25 m/s for 2 s: {path_m} m");
 }
 
-/// A whole scan that our own decoder makes of what it hears there within 20 s.
-fn our_scan(interface: &str) -> Scan {
+/// The first scan with at least `known` readings that our own decoder makes of what it hears there within 20 s. On a
+/// slow machine a sender's round now and then takes longer than its period, and is then told as two halves.
+fn our_scan(interface: &str, known: usize) -> Scan {
     let clock = OsClock::new();
     let params = DronecanLidarParams {
         node: CanNode(LIDAR_NODE),
@@ -45,7 +46,7 @@ fn our_scan(interface: &str) -> Scan {
     let mut host = DronecanLidarHost::new(params, clock.now());
     let mut bus = SocketCanBus::open(interface).unwrap_or_else(|error| panic!("{error}"));
     let limit = Instant::now() + Duration::from_secs(20);
-    let mut scans = Vec::new();
+    let mut most = 0;
     while Instant::now() < limit {
         host.handle_timeout(clock.now());
         while let Ok(Some(frame)) = bus.try_recv() {
@@ -56,16 +57,16 @@ fn our_scan(interface: &str) -> Scan {
         }
         while let Some(event) = host.poll_event() {
             if let Event::Scan(scan) = event {
-                scans.push(scan);
+                let count = scan.beams.iter().filter(|beam| **beam != Beam::Unknown).count();
+                if count >= known {
+                    return scan;
+                }
+                most = most.max(count);
             }
-        }
-        // The first one or two may have begun before we listened.
-        if scans.len() >= 3 {
-            return scans.swap_remove(2);
         }
         std::thread::sleep(Duration::from_millis(2));
     }
-    panic!("{} scans on {interface} within 20 s; counters {:?}", scans.len(), host.counters());
+    panic!("at most {most} readings in a scan on {interface} within 20 s; counters {:?}", host.counters());
 }
 
 /// The direction in which beam `index` looks, whole degrees clockwise from ahead, -179..=180.
@@ -78,7 +79,7 @@ fn clockwise_deg(scan: &Scan, index: usize) -> i64 {
 fn pydronecan_reads_the_virtual_lidar_as_our_decoder_does() {
     let scout = Scout::open();
     let listener = Peer::start("can_dronecan_listener.py", &[&scout.lidar, "--node", "42", "--seconds", "3"]);
-    let scan = our_scan(&scout.lidar);
+    let scan = our_scan(&scout.lidar, 33);
     let report = listener.finish();
     println!("{} readings, {} NodeStatus", report["proximity_count"], report["node_status"]);
     assert_eq!(report["problems"].as_array().map(Vec::len), Some(0), "{report:#}");
@@ -107,7 +108,7 @@ fn pydronecan_reads_the_virtual_lidar_as_our_decoder_does() {
 fn our_decoder_reads_pydronecans_lidar() {
     let interface = VcanInterface::create("pylidar").unwrap_or_else(|error| panic!("{error}"));
     let lidar = Peer::start("can_dronecan_lidar.py", &[interface.name(), "--node", "42", "--seconds", "8"]);
-    let scan = our_scan(interface.name());
+    let scan = our_scan(interface.name(), 35);
     assert_eq!(scan.beams.len(), 36);
     for (index, beam) in scan.beams.iter().enumerate() {
         let counter_clockwise_deg = (-clockwise_deg(&scan, index)).rem_euclid(360);
