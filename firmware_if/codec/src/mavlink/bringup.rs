@@ -268,16 +268,23 @@ impl BringUp {
         }
     }
 
-    /// Let go of the drive for good: HOLD, disarm, and again until its heartbeat shows it.
-    pub(crate) fn release(&mut self, now: Stamp) {
+    /// Let go of the drive for good: HOLD, disarm, and again until its heartbeat shows it. A drive that somebody else
+    /// has taken is theirs: nothing is sent to it. Whether it was ours to let go of.
+    pub(crate) fn release(&mut self, now: Stamp) -> bool {
         if self.step == Step::Released {
-            return;
+            return false;
         }
+        let ours = !matches!(self.step, Step::Taken | Step::Foreign);
         self.step = Step::Released;
         self.state = DriveState::BringUp("shut down");
         self.pending = None;
         self.outbox.clear();
-        self.repeat_release(now);
+        if ours {
+            self.repeat_release(now);
+        } else {
+            self.releases = RELEASE_TRIES;
+        }
+        ours
     }
 
     /// Ask again for what driving needs: somebody else on the link may have changed the rates.

@@ -141,11 +141,13 @@ impl MavHost {
     }
 
     /// Stand still, HOLD, disarm: for an orderly end. The host then brings nothing up again, and repeats this a few
-    /// times until the autopilot's heartbeat shows it.
+    /// times until the autopilot's heartbeat shows it. A drive that somebody else has taken is left as it is.
     pub fn shutdown(&mut self, now: Stamp) {
-        self.bringup.release(now);
+        let ours = self.bringup.release(now);
         self.settle(now);
-        self.outbox.set_setpoint(now, Twist::ZERO);
+        if ours {
+            self.outbox.set_setpoint(now, Twist::ZERO);
+        }
     }
 
     /// [`MavHost::stop_bytes`] were sent by a guard of ours: the HOLD that follows is our own doing, and no decision

@@ -633,6 +633,18 @@ fn an_orderly_end_stops_holds_disarms_and_brings_nothing_up_again() {
     assert!(rig.sent().is_empty());
 }
 
+#[test]
+fn an_orderly_end_leaves_a_drive_alone_that_somebody_else_has_taken() {
+    let mut rig = Rig::new();
+    rig.bring_up();
+    rig.heartbeat(mode::MANUAL, true);
+    rig.sent();
+    rig.host.shutdown(rig.now);
+    rig.wait(Duration::from_secs(3));
+    assert!(rig.asked().is_empty(), "somebody drives it");
+    assert!(rig.sent().iter().all(|it| !matches!(it, Inbound::Setpoint(_))));
+}
+
 fn id_of(ask: Ask) -> u16 {
     match ask {
         Ask::Mode(_) => 176,

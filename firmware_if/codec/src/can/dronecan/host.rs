@@ -92,7 +92,6 @@ pub struct DronecanLidarHost {
     node: Node,
     sectors: Sectors,
     round: Option<Stamp>,
-    newest: Stamp,
     broken_before: u64,
     status_due: Stamp,
     status_transfer_id: u8,
@@ -115,7 +114,6 @@ impl DronecanLidarHost {
             node: Node::Unheard,
             sectors: Sectors::new(params.beams),
             round: None,
-            newest: now,
             broken_before: 0,
             status_due: now,
             status_transfer_id: 0,
@@ -245,7 +243,6 @@ impl DronecanLidarHost {
             self.close_round(now);
         }
         self.round.get_or_insert(now);
-        self.newest = now;
         self.sectors.set(index, now, beam);
         if self.sectors.complete() {
             self.close_round(now);

@@ -88,7 +88,7 @@ fn a_scan_goes_out_as_soon_as_every_sector_was_heard_with_clockwise_turned_aroun
     let mut bench = Bench::new(false);
     bench.round(100, |sector| f64::from(sector) + 1.0);
     let scans = bench.scans();
-    assert_eq!((scans.len(), scans[0].stamp), (1, ms(107)));
+    assert_eq!((scans.len(), scans[0].stamp), (1, ms(100)));
     assert_eq!(hit_at(&scans[0], 0.0), Beam::Hit(1.0));
     assert_eq!(hit_at(&scans[0], -90.0), Beam::Hit(3.0), "clockwise 90 degrees is to the right");
     assert_eq!(hit_at(&scans[0], 90.0), Beam::Hit(7.0));
@@ -106,7 +106,7 @@ fn a_round_with_sectors_missing_ends_with_its_period_and_they_are_unknown() {
     assert_eq!(bench.scans(), []);
     bench.host.handle_timeout(ms(200));
     let scans = bench.scans();
-    assert_eq!((scans.len(), scans[0].stamp), (1, ms(110)));
+    assert_eq!((scans.len(), scans[0].stamp), (1, ms(100)));
     assert_eq!(scans[0].beams[0], Beam::Hit(2.0));
     assert!(scans[0].beams[1..].iter().all(|beam| *beam == Beam::Unknown));
 }
