@@ -2,7 +2,7 @@
 
 #![allow(dead_code, unreachable_pub, reason = "each test binary uses a part of it")]
 
-use drover_bridge::{Bridge, CanBacking, NearSide, PlantHandle, pace};
+use drover_bridge::{Bridge, CanChoice, NearSide, PlantHandle, pace};
 use drover_config::{Override, Swarm, load_swarm};
 use drover_contract::Clock;
 use drover_io::OsClock;
@@ -120,7 +120,8 @@ impl Place {
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
         let runtime = runtime.expect("a runtime");
         let clock = OsClock::new();
-        let opened = runtime.block_on(async { Bridge::open(&swarm, CanBacking::choose(true), clock.now()) });
+        let opened =
+            runtime.block_on(async { Bridge::open(&swarm, CanChoice::best(&swarm, true).backing, clock.now()) });
         let (bridge, near_sides) = opened.unwrap_or_else(|error| panic!("{error}"));
         let plant = bridge.plant();
         runtime.spawn(pace(bridge, clock));

@@ -23,26 +23,41 @@ pub enum CanBacking {
     Tunnel,
 }
 
-impl CanBacking {
-    /// The best there is: vcan if this kernel has it, else memory, or a tunnel if the robots are other processes.
-    #[must_use]
-    pub fn choose(processes: bool) -> Self {
-        match (drover_io::kernel_has_can(), processes) {
-            (true, _) => Self::Vcan,
-            (false, false) => Self::Memory,
-            (false, true) => Self::Tunnel,
-        }
-    }
+/// What stands for the CAN buses of a run, and why.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CanChoice {
+    /// What stands for them.
+    pub backing: CanBacking,
+    /// The same for a person, with the reason if it is not vcan.
+    pub words: String,
+}
 
-    /// What it is, for a person.
+impl CanChoice {
+    /// The best there is for `swarm`: vcan if this kernel has it and lets us make interfaces, else memory, or a tunnel
+    /// if the robots are `processes`.
     #[must_use]
-    pub const fn in_words(self) -> &'static str {
-        match self {
-            Self::Vcan => "vcan interfaces of this kernel",
-            Self::Memory => "buses in memory: this kernel has no CAN",
-            Self::Tunnel => "buses tunnelled over loopback UDP: this kernel has no CAN",
+    pub fn best(swarm: &Swarm, processes: bool) -> Self {
+        match vcan_refused(swarm) {
+            None => Self { backing: CanBacking::Vcan, words: "vcan interfaces of this kernel".into() },
+            Some(why) if processes => {
+                Self { backing: CanBacking::Tunnel, words: format!("buses tunnelled over loopback UDP: {why}") }
+            }
+            Some(why) => Self { backing: CanBacking::Memory, words: format!("buses in memory: {why}") },
         }
     }
+}
+
+/// Why the buses of `swarm` cannot be vcan interfaces; none if they can. Tried with the first of them.
+fn vcan_refused(swarm: &Swarm) -> Option<String> {
+    if !drover_io::kernel_has_can() {
+        return Some("this kernel has no CAN".into());
+    }
+    let interfaces = swarm.robots.iter().filter_map(|robot| match &robot.links {
+        Links::Can { drive, .. } if !drive.starts_with("udp:") => Some(drive),
+        Links::Can { .. } | Links::Mavlink { .. } => None,
+    });
+    let first = interfaces.into_iter().next()?;
+    VcanInterface::create(first).err().map(|error| format!("{}; for vcan, {}", error.why, error.advice))
 }
 
 /// A virtual firmware's link could not be opened.

@@ -7,4 +7,4 @@ mod bridge;
 mod far_side;
 
 pub use bridge::{Bridge, PlantHandle, pace};
-pub use far_side::{BridgeError, CanBacking, CanEnd, NearSide};
+pub use far_side::{BridgeError, CanBacking, CanChoice, CanEnd, NearSide};

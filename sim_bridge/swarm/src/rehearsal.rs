@@ -154,7 +154,7 @@ impl VirtualSwarm {
             time_s,
             world_rate: 1.0,
             can: "memory",
-            can_detail: "buses in memory, virtual time",
+            can_detail: "buses in memory, virtual time".into(),
             processes: false,
             recording: None,
             recording_dropped: self.recorder.dropped(),

@@ -34,7 +34,7 @@ pub struct Summary {
     /// What stood for the CAN buses: `vcan` or `memory`.
     pub can: &'static str,
     /// The same in words.
-    pub can_detail: &'static str,
+    pub can_detail: String,
     /// Whether every robot was a process of its own.
     pub processes: bool,
     /// The folder with the recordings and the resolved configuration.
@@ -160,7 +160,7 @@ pub(crate) struct RunFacts {
     pub(crate) time_s: f64,
     pub(crate) world_rate: f64,
     pub(crate) can: &'static str,
-    pub(crate) can_detail: &'static str,
+    pub(crate) can_detail: String,
     pub(crate) processes: bool,
     pub(crate) recording: Option<String>,
     pub(crate) recording_dropped: u64,

@@ -4,7 +4,7 @@ use crate::children::ChildRobot;
 use crate::recording::RunFolder;
 use crate::summary::{RunFacts, Summary, Tally, summarise};
 use crate::tasks::{TaskContext, ViewSender, beacon_links, carry_beacons, prepare, start};
-use drover_bridge::{Bridge, BridgeError, CanBacking, NearSide, PlantHandle, pace};
+use drover_bridge::{Bridge, BridgeError, CanBacking, CanChoice, NearSide, PlantHandle, pace};
 use drover_config::Swarm;
 use drover_contract::Clock;
 use drover_io::{BeaconSocket, OpenError, OsClock, Recorder};
@@ -86,8 +86,8 @@ where
         }
         Some(_) | None => None,
     };
-    let backing = CanBacking::choose(options.processes.is_some());
-    let (bridge, near_sides) = Bridge::open(swarm, backing, clock.now())?;
+    let can = CanChoice::best(swarm, options.processes.is_some());
+    let (bridge, near_sides) = Bridge::open(swarm, can.backing, clock.now())?;
     let plant = bridge.plant();
     let pacing = tokio::spawn(pace(bridge, clock));
     let (views, views_in) = mpsc::channel(VIEW_QUEUE);
@@ -113,8 +113,8 @@ where
         ended: ended.into(),
         time_s,
         world_rate: plant.with(|plant| plant.time().as_secs_f64()) / clock.now().as_secs_f64(),
-        can: if backing == CanBacking::Vcan { "vcan" } else { "memory" },
-        can_detail: backing.in_words(),
+        can: if can.backing == CanBacking::Vcan { "vcan" } else { "memory" },
+        can_detail: can.words,
         processes: watcher.options.processes.is_some(),
         recording: folder.as_ref().map(|folder| folder.path().display().to_string()),
         recording_dropped: recorder.as_ref().map_or(0, Recorder::dropped),
