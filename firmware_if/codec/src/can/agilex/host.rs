@@ -209,7 +209,7 @@ impl AgilexHost {
     /// Stop the body and give the chassis back: a zero command, then standby. Nothing is sent or asked after that.
     pub fn shutdown(&mut self, _now: Stamp) {
         self.closed = true;
-        self.enter(DriveState::Refused("shut down by its host: restart it".into()), Ask::Nothing);
+        self.enter(DriveState::BringUp("shut down"), Ask::Nothing);
         self.outputs.retain(|_| false);
         self.outputs.push(motion_frame(SafeCommand::STOP));
         self.outputs.push(HostFrame::ControlMode(MODE_STANDBY).emit());
