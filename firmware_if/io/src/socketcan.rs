@@ -123,9 +123,9 @@ impl SocketCanBus {
 
     /// The socket, opened anew if it was gone and its time has come.
     fn live_socket(&mut self) -> Option<&mut Watched<CanSocket>> {
-        let now = Instant::now();
-        if self.socket.is_none() && now >= self.reopen_at {
-            self.reopen_at = now + REOPEN_PERIOD;
+        // The clock is asked only when it matters: this runs for every frame.
+        if self.socket.is_none() && Instant::now() >= self.reopen_at {
+            self.reopen_at = Instant::now() + REOPEN_PERIOD;
             if let Ok(socket) = open_socket(&self.interface, &self.ear) {
                 tracing::info!(interface = self.interface, "the CAN interface is back");
                 self.state.handle_reopened();
@@ -195,7 +195,7 @@ impl CanBus for SocketCanBus {
         if self.live_socket().is_none() {
             return Err(self.gone());
         }
-        if !self.state.may_send(Instant::now()) {
+        if self.state.is_held() && !self.state.may_send(Instant::now()) {
             return Err(LinkError::Full);
         }
         let Some(frame) = to_kernel(frame) else { return Err(LinkError::Os(format!("{frame} is no CAN frame"))) };

@@ -24,6 +24,11 @@ impl BusState {
         self.health
     }
 
+    /// Whether sending has to be asked for: the transmit queue was full not long ago.
+    pub(crate) fn is_held(&self) -> bool {
+        self.held.is_some()
+    }
+
     /// Whether a frame may be sent now; if not, it counts as dropped.
     pub(crate) fn may_send(&mut self, now: Instant) -> bool {
         let held = self.held.is_some_and(|(until, _)| now < until);
