@@ -123,15 +123,6 @@ impl Adapter {
         }
     }
 
-    /// The guard has sent the stop of this drive: an autopilot is in HOLD by that, which is nobody's decision.
-    pub fn handle_guard_stop(&mut self, now: Stamp) {
-        match self {
-            Self::Mavlink { host, .. } => host.handle_own_stop(now),
-            // A zero command changes nothing in a chassis.
-            Self::Can { .. } => {}
-        }
-    }
-
     /// Send what the codecs have ready. What cannot be sent now is dropped, never kept (invariant 3).
     pub fn flush(&mut self, counters: &mut LinkCounters) {
         match self {

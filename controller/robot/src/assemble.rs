@@ -127,7 +127,7 @@ fn equip<C: Clock + Clone + Send + Sync + 'static>(
         (Hardware::Mavlink { link, mut stop }, KindParams::Mavlink(params)) => {
             let host = MavHost::new(params, now);
             let bytes = host.stop_bytes().to_vec();
-            let action = Box::new(move || bytes.iter().for_each(|datagram| stop(datagram)));
+            let action = Box::new(move || stop(&bytes));
             Ok((Adapter::Mavlink { host: Box::new(host), link: recording.link(link)? }, action))
         }
         (Hardware::Can { drive: drive_bus, lidar: lidar_bus, stop: mut stop_bus }, KindParams::Can(params)) => {

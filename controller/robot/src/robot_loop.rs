@@ -110,11 +110,6 @@ impl RobotLoop {
         self.advance_phase(now);
     }
 
-    /// The guard has stopped the drive because this loop hung. To be called before the next turn.
-    pub fn handle_guard_stop(&mut self, now: Stamp) {
-        self.adapter.handle_guard_stop(now);
-    }
-
     /// When the next turn is due if nothing arrives before, and why.
     #[must_use]
     pub fn poll_timeout(&self) -> (Stamp, &'static str) {

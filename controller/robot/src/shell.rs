@@ -31,16 +31,11 @@ pub async fn drive<C: Clock + Send + Sync + 'static>(
     mut tell: impl FnMut(View) + Send,
 ) -> Report {
     let mut next_view = clock.now();
-    let mut stops_seen = 0;
     loop {
         let wanted = end.borrow_and_update().clone();
         let turned = catch_unwind(AssertUnwindSafe(|| {
             if let Some(Shutdown(reason)) = wanted {
                 robot.begin_end(clock.now(), reason);
-            }
-            let stops = heart.stops_sent();
-            if std::mem::replace(&mut stops_seen, stops) != stops {
-                robot.handle_guard_stop(clock.now());
             }
             robot.turn(&clock);
         }));

@@ -246,14 +246,6 @@ impl BringUp {
         self.handle_lost(now);
     }
 
-    /// Our own guard has put it in HOLD because our loop hung: that is nobody else's decision.
-    pub(crate) fn handle_own_stop(&mut self, now: Stamp) {
-        if self.led && matches!(self.step, Step::Ready | Step::Stream(_)) {
-            self.led = false;
-            self.refuse(now, "stopped by this program's own guard: trying again".into());
-        }
-    }
-
     /// Nothing was heard for too long. Who has decided about it is not forgotten.
     pub(crate) fn handle_lost(&mut self, now: Stamp) {
         self.heartbeat = None;

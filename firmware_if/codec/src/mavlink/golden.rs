@@ -106,7 +106,7 @@ fn setpoints_are_what_pymavlink_would_send_and_never_hold_a_nan() {
         assert_eq!(setpoint(bad, 0.0), setpoint(0.0, 0.0));
         assert_eq!(setpoint(0.5, bad), setpoint(0.0, 0.0));
     }
-    assert_eq!(outbox::stop_frames(COMPUTER)[0], golden["stop"].bytes);
+    assert_eq!(outbox::stop_frame(COMPUTER), golden["stop"].bytes);
 }
 
 fn received(label: &str) -> Vec<Received> {

@@ -44,7 +44,7 @@ pub struct MavHost {
     clock: Timesync,
     texts: Texts,
     outbox: Outbox,
-    stop: [Vec<u8>; 2],
+    stop: Vec<u8>,
     events: VecDeque<Event>,
     counters: MavCounters,
     heartbeat_due: Stamp,
@@ -69,7 +69,7 @@ impl MavHost {
             clock: Timesync::new(now + HEARTBEAT_SPACING),
             texts: Texts::default(),
             outbox: Outbox::new(own),
-            stop: outbox::stop_frames(own),
+            stop: outbox::stop_frame(own),
             events: VecDeque::new(),
             counters: MavCounters::default(),
             heartbeat_due: now,
@@ -150,17 +150,10 @@ impl MavHost {
         }
     }
 
-    /// [`MavHost::stop_bytes`] were sent by a guard of ours: the HOLD that follows is our own doing, and no decision
-    /// of somebody else's. Call it before the datagrams that came since are handed in.
-    pub fn handle_own_stop(&mut self, now: Stamp) {
-        self.bringup.handle_own_stop(now);
-        self.settle(now);
-    }
-
-    /// The datagrams that stop the robot whatever state this host is in, for a shell whose loop has died: a zero
-    /// setpoint, and HOLD.
+    /// The datagram that stops the robot while it follows us, for a shell whose loop has died: a zero setpoint. It asks
+    /// for no mode: a drive that somebody else has taken is not fought for, and a loop that wakes up again goes on.
     #[must_use]
-    pub fn stop_bytes(&self) -> &[Vec<u8>] {
+    pub fn stop_bytes(&self) -> &[u8] {
         &self.stop
     }
 

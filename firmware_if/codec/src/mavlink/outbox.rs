@@ -1,7 +1,7 @@
 //! What waits to be sent: the newest setpoint, and everything else in order.
 
 use super::wire::Emitter;
-use super::{AUTOPILOT_COMPONENT, mode, request::Request};
+use super::{AUTOPILOT_COMPONENT, request::Request};
 use drover_contract::{MavId, Stamp, Twist};
 use mavlink::dialects::common::{
     COMMAND_LONG_DATA, HEARTBEAT_DATA, MavAutopilot, MavCmd, MavFrame, MavMessage, MavModeFlag, MavState, MavType,
@@ -115,10 +115,7 @@ pub(crate) fn command(robot: u8, request: Request, confirmation: u8) -> MavMessa
     })
 }
 
-/// The frames that stop the robot: a zero setpoint, and HOLD.
-pub(crate) fn stop_frames(own: MavId) -> [Vec<u8>; 2] {
-    let mut emitter = Emitter::new(own);
-    let zero = setpoint(own.system, Stamp::ZERO, Twist::ZERO);
-    let hold = command(own.system, Request::Mode(mode::HOLD), 0);
-    [emitter.encode(&zero), emitter.encode(&hold)]
+/// The frame that stops the robot: a zero setpoint.
+pub(crate) fn stop_frame(own: MavId) -> Vec<u8> {
+    Emitter::new(own).encode(&setpoint(own.system, Stamp::ZERO, Twist::ZERO))
 }

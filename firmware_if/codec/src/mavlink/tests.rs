@@ -460,23 +460,6 @@ fn telemetry_that_is_refused_after_the_return_never_leads_to_a_mode_being_set() 
 }
 
 #[test]
-fn our_own_guards_hold_is_no_decision_of_somebody_else_unless_there_was_one_before() {
-    let mut rig = Rig::new();
-    rig.bring_up();
-    rig.host.handle_own_stop(rig.now);
-    assert_eq!(rig.refusal(), "stopped by this program's own guard: trying again");
-    rig.heartbeat(mode::HOLD, true);
-    rig.wait(Duration::from_millis(1001));
-    assert_eq!(rig.asked(), [Ask::Mode(mode::HOLD)]);
-
-    let mut rig = Rig::new();
-    rig.bring_up();
-    rig.heartbeat(mode::HOLD, true);
-    rig.host.handle_own_stop(rig.now);
-    rig.stays_alone(mode::HOLD, true);
-}
-
-#[test]
 fn a_restart_shows_in_answered_time_questions_where_telemetry_is_off() {
     let mut rig = Rig::new();
     rig.bring_up();
@@ -654,14 +637,11 @@ fn id_of(ask: Ask) -> u16 {
 }
 
 #[test]
-fn the_emergency_stop_is_a_zero_setpoint_and_hold() {
+fn the_emergency_stop_is_a_zero_setpoint() {
     let rig = Rig::new();
     let mut counters = WireCounters::default();
-    let [zero, hold] = rig.host.stop_bytes() else { panic!("two datagrams") };
-    let stop = decode(7, zero, &mut counters)[0].what;
+    let stop = decode(7, rig.host.stop_bytes(), &mut counters)[0].what;
     assert!(matches!(stop, Inbound::Setpoint(it) if it.demand(&Pose::default()) == Demand::Twist(Twist::ZERO)));
-    let hold = decode(7, hold, &mut counters)[0].what;
-    assert_eq!(hold, Inbound::Command(Command { id: 176, ask: Ask::Mode(mode::HOLD) }));
 }
 
 #[test]
