@@ -2,6 +2,8 @@
 
 use crate::common::{Place, Running, first_swarm, signal};
 use drover_config::{Drive, Kind};
+use std::process::Stdio;
+use std::time::Duration;
 
 /// A rover, the leader, drives alone: it needs nobody.
 const LEADER: usize = 0;
@@ -59,4 +61,18 @@ fn a_terminated_process_stops_its_robot_and_lets_go_of_the_drive() {
     let ended = running.remove(0).wait();
     assert!(!place.moves(LEADER), "the process ended while its robot was moving");
     assert_eq!(ended.code(), Some(130));
+}
+
+#[test]
+fn a_reader_that_sleeps_does_not_hold_the_robot_up() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = Place::open(first_swarm(folder.path(), &[]), folder);
+    let file = place.robot_file(LEADER);
+    // Nobody ever reads this pipe: views fill it within some 12 s.
+    let mut command = crate::common::drover();
+    command.arg("run").arg(file).arg("--json").stdin(Stdio::null()).stdout(Stdio::piped());
+    let _running = Running::start(&mut command);
+    place.wait("it drives", 30.0, |place| place.speed_mps(LEADER) > 0.3);
+    std::thread::sleep(Duration::from_secs(18));
+    assert!(place.speed_mps(LEADER) > 0.3, "the robot stands: its loop waits for a reader");
 }
