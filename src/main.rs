@@ -37,8 +37,8 @@ enum Command {
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let filter = EnvFilter::try_from_env("DROVER_LOG").unwrap_or_else(|_| EnvFilter::new("warn"));
-    // A thread of its own writes the log: a reader of stderr that sleeps must not hold up a robot's loop. What it cannot
-    // keep up with is dropped; what is left is written when `_log` goes.
+    // A thread of its own writes the log: a reader of stderr that sleeps must not hold up a robot's loop. What it
+    // cannot keep up with is dropped; what is left is written when `_log` goes.
     let (stderr, _log) = tracing_appender::non_blocking(std::io::stderr());
     tracing_subscriber::fmt().with_env_filter(filter).with_writer(stderr).init();
     let exit = match arguments.command {
