@@ -25,11 +25,13 @@ pub fn convoy(template: &Swarm, kind: &str, count: u32, port_base: u16) -> anyho
         start: place(index),
         links: Links::Mavlink { autopilot: format!("udpout:127.0.0.1:{}", u32::from(port_base) + index + 1) },
     });
-    let Behaviour::Flock(flock) = &template.behaviour;
+    let Behaviour::Flock(flock) = &template.behaviour else {
+        anyhow::bail!("swarm {:?} does not flock; a convoy follows a leader", template.name);
+    };
     Ok(Swarm {
         name: format!("convoy-{count}"),
         robots: robots.collect(),
-        world: World { name: "open field".into(), polygons: Vec::new(), circles: Vec::new() },
+        world: World { name: "open field".into(), ..World::default() },
         behaviour: Behaviour::Flock(Flock { leader: 1, waypoints_m: vec![[1000.0, 0.0]], ..flock.clone() }),
         mavlink_port_base: port_base,
         ..template.clone()

@@ -8,6 +8,21 @@ use serde::Serialize;
 pub enum Behaviour {
     /// Sequential flocking behind a leader (Cheng 2011).
     Flock(Flock),
+    /// Diffusion: straight on, and a turn away from whatever is near. Nobody needs anybody; there is no end to reach.
+    Diffuse(Diffuse),
+}
+
+/// Parameters of diffusion.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Diffuse {
+    /// Speed straight on, m/s.
+    pub speed_mps: f64,
+    /// Turn on the spot, rad/s.
+    pub turn_radps: f64,
+    /// Something nearer than this ahead is turned away from, metres from the body's centre.
+    pub clearance_m: f64,
+    /// Ahead is within this angle of the heading, radians, to either side.
+    pub ahead_rad: f64,
 }
 
 /// Parameters of sequential flocking. Symbols are the paper's; defaults are its values, scaled from 100 mm to metres.

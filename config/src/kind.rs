@@ -35,13 +35,17 @@ impl Kind {
     }
 }
 
-/// The body: a disc around the point between the wheels.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+/// The body, around the point between the wheels.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Body {
-    /// Radius of the disc that holds the whole body, metres, 0.02..=5.
+    /// Radius of the disc that holds the whole body, metres, 0.02..=5. Robots know themselves and each other as discs.
     pub radius_m: f64,
     /// Distance between left and right wheels, metres, 0.02..=5 (what the drive's own odometry assumes).
     pub track_m: f64,
+    /// Corners of the convex outline that the simulated body really has, body frame, metres, counter-clockwise, within
+    /// the disc; empty: the disc itself.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub footprint_m: Vec<[f64; 2]>,
 }
 
 /// How the drive is spoken to.
@@ -110,6 +114,21 @@ pub struct Lidar {
     pub range_m_max: f64,
     /// Scans per second, 1..=50.
     pub rate_hz: f64,
+    /// Field of view, radians, in (0, 2 pi], about the sensor's forward direction. What lies outside is never seen.
+    pub fov_rad: f64,
+    /// Where the sensor sits.
+    pub mount: Mount,
+}
+
+/// Where a sensor sits: its frame in the body frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Mount {
+    /// Forward of the point between the wheels, metres.
+    pub x_m: f64,
+    /// To the left of it, metres.
+    pub y_m: f64,
+    /// How its forward direction is turned from the body's, radians, counter-clockwise.
+    pub yaw_rad: f64,
 }
 
 /// How a range sensor is spoken to.
@@ -161,4 +180,22 @@ pub struct Sim {
     pub beam_dropout: f64,
     /// From power-on until the autopilot can be armed, s, 0..=120 (a real one takes about 40 for its GPS).
     pub prearm_s: f64,
+    /// Ranges come in steps of this, metres, 0..=1; 0: none.
+    pub range_step_m: f64,
+    /// Whether a scan takes the whole time up to the next one, so that the body moves while it is taken; else it is
+    /// taken in an instant.
+    pub scan_sweep: bool,
+    /// How the simulated body moves.
+    pub motion: SimMotion,
+}
+
+/// How a simulated body moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SimMotion {
+    /// On two wheels that speed up, brake and slip.
+    #[default]
+    DiffDrive,
+    /// A point of the theory books: whatever speed and turn it is asked for within its limits, it has at once.
+    Point,
 }

@@ -28,12 +28,12 @@ mod write;
 #[cfg(test)]
 mod tests;
 
-pub use behaviour::{Behaviour, Flock};
-pub use kind::{AgilexModel, Body, Drive, Kind, Lidar, LidarLink, Motion, Sim, Timeouts};
+pub use behaviour::{Behaviour, Diffuse, Flock};
+pub use kind::{AgilexModel, Body, Drive, Kind, Lidar, LidarLink, Motion, Mount, Sim, SimMotion, Timeouts};
 pub use load::{Checked, check_file, check_file_with, load_kind, load_robot, load_swarm, load_world};
 pub use overrides::Override;
-pub use plane::{BeaconPlane, Radio};
+pub use plane::{Airtime, BeaconPlane, Burst, Partition, Propagation, Radio};
 pub use problem::{Problem, Problems};
 pub use robot::{Links, Peer, Robot, RobotFile, Start};
 pub use swarm::Swarm;
-pub use world::{Circle, Polygon, World};
+pub use world::{Circle, GridMap, Polygon, Polyline, UnknownCells, World};

@@ -1,9 +1,12 @@
 //! The simulated place.
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
+use std::sync::Arc;
 
 /// A place: walls and obstacles in the world frame. One file in `config/worlds/` each.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+///
+/// What a generator (`world.generate`) made stands here as the shapes that it made.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct World {
     /// Its name.
     pub name: String,
@@ -11,6 +14,11 @@ pub struct World {
     pub polygons: Vec<Polygon>,
     /// Round obstacles.
     pub circles: Vec<Circle>,
+    /// Thin walls, seen and touched from both sides.
+    pub polylines: Vec<Polyline>,
+    /// A grid map whose occupied cells are obstacles.
+    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "named")]
+    pub map: Option<Arc<GridMap>>,
 }
 
 /// A simple polygon.
@@ -29,4 +37,55 @@ pub struct Circle {
     pub centre_m: [f64; 2],
     /// Radius, metres, > 0.
     pub radius_m: f64,
+}
+
+/// A chain of thin walls.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Polyline {
+    /// Corners in order, metres, at least two; the last is not joined to the first.
+    pub points_m: Vec<[f64; 2]>,
+}
+
+/// A map in the format of ROS' map_server (YAML beside PGM or PNG), read.
+///
+/// It is written as the file it came from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GridMap {
+    /// Path of its YAML file, as it can be opened from the current folder or absolutely.
+    pub file: String,
+    /// What cells are that are neither free nor occupied.
+    pub unknown: UnknownCells,
+    /// Side of a cell, metres, > 0.
+    pub resolution_m: f64,
+    /// South-west corner of the south-west cell, world frame, metres.
+    pub origin_m: [f64; 2],
+    /// How the map is turned about that corner, radians, counter-clockwise.
+    pub origin_yaw_rad: f64,
+    /// Cells from west to east.
+    pub width: usize,
+    /// Cells from south to north.
+    pub height: usize,
+    /// Whether a cell is an obstacle: `solid[y * width + x]`, y counted from the south.
+    pub solid: Vec<bool>,
+}
+
+/// What a map's unknown cells are taken for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum UnknownCells {
+    /// Obstacles: nobody leaves the known.
+    #[default]
+    Solid,
+    /// Free floor.
+    Free,
+}
+
+/// Writes a map as the file that it came from.
+fn named<S: Serializer>(map: &Option<Arc<GridMap>>, serializer: S) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Named<'a> {
+        file: &'a str,
+        unknown: UnknownCells,
+    }
+    map.as_ref().map(|map| Named { file: &map.file, unknown: map.unknown }).serialize(serializer)
 }

@@ -71,7 +71,7 @@ impl Checker<'_> {
         for robot in robots {
             let Some(start) = robot.start else { continue };
             // Of a body that could not be read, the centre at least must be clear.
-            let body = robot.kind.as_ref().and_then(|kind| kinds.get(kind)?.body);
+            let body = robot.kind.as_ref().and_then(|kind| kinds.get(kind)?.body.as_ref());
             let (point, radius_m) = ([start.x_m, start.y_m], body.map_or(0.0, |body| body.radius_m));
             let path = join(&robot.path, "start");
             if let Some(world) = world {

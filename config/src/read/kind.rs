@@ -75,7 +75,7 @@ impl KindParts {
     pub(crate) fn kind(&self) -> Option<Kind> {
         Some(Kind {
             name: self.name.clone()?,
-            body: self.body?,
+            body: self.body.clone()?,
             drive: self.drive?,
             motion: self.motion?,
             lidar: self.lidar?,
@@ -111,7 +111,7 @@ fn kind_name(table: &mut Table<'_>, name: Option<&str>) -> Option<String> {
 fn body(table: &mut Table<'_>) -> Option<Body> {
     let radius_m = table.number("radius_m", 0.02..=5.0, None);
     let track_m = table.number("track_m", 0.02..=5.0, None);
-    Some(Body { radius_m: radius_m?, track_m: track_m? })
+    Some(Body { radius_m: radius_m?, track_m: track_m?, footprint_m: Vec::new() })
 }
 
 fn drive(table: &mut Table<'_>) -> Option<Drive> {
@@ -175,7 +175,15 @@ fn lidar(table: &mut Table<'_>) -> Option<Lidar> {
     let range_m_min = table.number("range_m_min", 0.0..=10.0, None);
     let range_m_max = table.number("range_m_max", 0.1..=600.0, None);
     let rate_hz = table.number("rate_hz", 1.0..=50.0, None);
-    Some(Lidar { link: link?, beams: beams?, range_m_min: range_m_min?, range_m_max: range_m_max?, rate_hz: rate_hz? })
+    Some(Lidar {
+        link: link?,
+        beams: beams?,
+        range_m_min: range_m_min?,
+        range_m_max: range_m_max?,
+        rate_hz: rate_hz?,
+        fov_rad: std::f64::consts::TAU,
+        mount: crate::Mount::default(),
+    })
 }
 
 fn lidar_link(table: &mut Table<'_>) -> Option<LidarLink> {
@@ -200,7 +208,15 @@ fn sim(table: &mut Table<'_>) -> Option<Sim> {
     let beam_dropout = table.number("beam_dropout", 0.0..=1.0, Some(0.01));
     // Long enough to be seen to wait, short enough for a test.
     let prearm_s = table.number("prearm_s", 0.0..=120.0, Some(1.0));
-    Some(Sim { slip_std: slip_std?, range_noise_m: range_noise_m?, beam_dropout: beam_dropout?, prearm_s: prearm_s? })
+    Some(Sim {
+        slip_std: slip_std?,
+        range_noise_m: range_noise_m?,
+        beam_dropout: beam_dropout?,
+        prearm_s: prearm_s?,
+        range_step_m: 0.0,
+        scan_sweep: false,
+        motion: crate::SimMotion::default(),
+    })
 }
 
 /// The swarm-wide `[motion]`: any of a kind's keys.

@@ -23,5 +23,5 @@ pub(crate) fn radio(table: &mut Table<'_>) -> Option<Radio> {
     // One broadcast frame on an idle channel.
     let delay_ms = table.number("delay_ms", 0.0..=10_000.0, Some(2.0));
     let jitter_ms = table.number("jitter_ms", 0.0..=10_000.0, Some(3.0));
-    Some(Radio { range_m: range_m?, loss: loss?, delay_ms: delay_ms?, jitter_ms: jitter_ms? })
+    Some(Radio { range_m: range_m?, loss: loss?, delay_ms: delay_ms?, jitter_ms: jitter_ms?, ..Radio::default() })
 }

@@ -23,6 +23,8 @@ impl WorldParts {
             name: self.name.clone()?,
             polygons: self.polygons.iter().map(|(_, polygon)| polygon.clone()).collect(),
             circles: self.circles.iter().map(|(_, circle)| *circle).collect(),
+            polylines: Vec::new(),
+            map: None,
         })
     }
 }

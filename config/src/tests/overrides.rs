@@ -38,7 +38,7 @@ fn any_key_of_any_file_can_be_set() {
     assert!((scout.motion.speed_mps_max - 1.0).abs() < 1e-12);
     assert_eq!(scout.lidar.link, LidarLink::Dronecan { node: 42, silent_is_clear: true });
     assert!((swarm.world.circles[0].radius_m - 0.5).abs() < 1e-12);
-    let Behaviour::Flock(flock) = &swarm.behaviour;
+    let Behaviour::Flock(flock) = &swarm.behaviour else { panic!("a flock") };
     assert_eq!(flock.waypoints_m.last(), Some(&[20.0, 9.0]));
 }
 

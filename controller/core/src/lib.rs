@@ -20,6 +20,7 @@ mod supervisor;
 #[cfg(test)]
 mod testing;
 
+pub use law::diffuse;
 pub use node::Node;
 pub use status::{Counters, Status};
 pub use supervisor::{Reason, StopReason, Verdict};

@@ -143,7 +143,8 @@ impl Node {
         let motion = self.estimate.motion(now);
         let neighbours = self.peers.followable(now);
         let wall_b = nearest_wall(seen, &motion, bodies, self.law.reference_b());
-        let view = View { now, dt_s: beat.dt_s, motion, neighbours: &neighbours, wall_b, limits: &self.limits };
+        let (points_b, limits) = (seen.points_b.as_slice(), &self.limits);
+        let view = View { now, dt_s: beat.dt_s, motion, neighbours: &neighbours, wall_b, points_b, limits };
         match self.law.step(&view) {
             Outcome::Solved(wish) => Ok(limit(wish, self.supervisor.before(), &self.limits, beat.dt_s)),
             Outcome::Stale(why) => Err(why),

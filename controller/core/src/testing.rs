@@ -2,8 +2,8 @@
 
 use crate::{Node, StopReason};
 use drover_config::{
-    AgilexModel, BeaconPlane, Behaviour, Body, Drive, Flock, Kind, Lidar, LidarLink, Links, Motion, Peer, Robot,
-    RobotFile, Sim, Start, Timeouts,
+    AgilexModel, BeaconPlane, Behaviour, Body, Drive, Flock, Kind, Lidar, LidarLink, Links, Motion, Mount, Peer, Robot,
+    RobotFile, Sim, SimMotion, Start, Timeouts,
 };
 use drover_contract::{
     Beacon, Beam, BehaviourState, DriveState, Event, Limits, Odometry, Pose, RobotId, Scan, Stamp, Twist, Vec2,
@@ -82,7 +82,7 @@ pub(crate) fn robot_file(id: u32, count: u32, start_wb: Pose, flock: &Flock) -> 
 fn kind(limits: &Limits) -> Kind {
     Kind {
         name: "test".into(),
-        body: Body { radius_m: 0.4, track_m: 0.5 },
+        body: Body { radius_m: 0.4, track_m: 0.5, footprint_m: Vec::new() },
         drive: Drive::AgilexV2 { model: AgilexModel::ScoutMini },
         motion: Motion {
             speed_mps_max: limits.speed_mps_max,
@@ -99,6 +99,8 @@ fn kind(limits: &Limits) -> Kind {
             range_m_min: 0.1,
             range_m_max: 8.0,
             rate_hz: 10.0,
+            fov_rad: std::f64::consts::TAU,
+            mount: Mount::default(),
         },
         timeouts: Timeouts {
             tick_ms: 50,
@@ -109,7 +111,15 @@ fn kind(limits: &Limits) -> Kind {
             peer_ms: 600,
             bringup_s: 10,
         },
-        sim: Sim { slip_std: 0.0, range_noise_m: 0.0, beam_dropout: 0.0, prearm_s: 0.0 },
+        sim: Sim {
+            slip_std: 0.0,
+            range_noise_m: 0.0,
+            beam_dropout: 0.0,
+            prearm_s: 0.0,
+            range_step_m: 0.0,
+            scan_sweep: false,
+            motion: SimMotion::DiffDrive,
+        },
     }
 }
 

@@ -61,7 +61,7 @@ impl VirtualSwarm {
         Ok(Self {
             step: Duration::from_millis(u64::from(swarm.step_ms)),
             plant: Plant::new(swarm, Stamp::ZERO),
-            ether: Ether::new(Radio::new(swarm.radio, swarm.seed), far_beacons),
+            ether: Ether::new(Radio::new(swarm.radio.clone(), swarm.seed), far_beacons),
             epochs: vec![FIRST_EPOCH; robots.len()],
             tallies: vec![Tally::default(); robots.len()],
             swarm: swarm.clone(),

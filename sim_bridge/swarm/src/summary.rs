@@ -1,6 +1,7 @@
 //! What happened: the document that `drover up --json` prints.
 
 use drover_config::{Behaviour, Swarm};
+use drover_contract::Vec2;
 use drover_robot::{Report, View};
 use drover_world::{Plant, Truth};
 use serde::Serialize;
@@ -52,7 +53,8 @@ pub struct RobotSummary {
     pub id: u32,
     /// Its kind.
     pub kind: String,
-    /// Whether its body ended within `arrive_radius_m` of the leader's last point, by the simulator's truth.
+    /// Whether its body ended within `arrive_radius_m` of the leader's last point, by the simulator's truth; true for a
+    /// behaviour without an end.
     pub reached: bool,
     /// When it first said so itself, s since the start.
     pub reached_s: Option<f64>,
@@ -62,8 +64,8 @@ pub struct RobotSummary {
     pub reason: String,
     /// Distance driven by the body, metres.
     pub path_m: f64,
-    /// From the leader's last point at the end, metres.
-    pub end_distance_m: f64,
+    /// From the leader's last point at the end, metres; none for a behaviour without an end.
+    pub end_distance_m: Option<f64>,
     /// From where it believed to be at the end to where it was, metres.
     pub pose_error_m: Option<f64>,
     /// The distance it believed to be within, metres.
@@ -112,12 +114,14 @@ impl Tally {
     }
 }
 
-/// Where everybody is to end: the leader's last point and the distance that counts as there.
-pub(crate) fn end_of(behaviour: &Behaviour) -> ([f64; 2], f64) {
+/// Where everybody is to end, and the distance that counts as there; none for a behaviour without an end.
+pub(crate) fn end_of(behaviour: &Behaviour) -> Option<([f64; 2], f64)> {
     match behaviour {
         Behaviour::Flock(flock) => {
-            (flock.waypoints_m.last().copied().unwrap_or_default(), flock.arrive_radius_m.max(flock.waypoint_radius_m))
+            let last = flock.waypoints_m.last().copied().unwrap_or_default();
+            Some((last, flock.arrive_radius_m.max(flock.waypoint_radius_m)))
         }
+        Behaviour::Diffuse(_) => None,
     }
 }
 
@@ -127,8 +131,8 @@ pub(crate) fn robot_summary(swarm: &Swarm, index: usize, plant: &Plant, tally: &
     const STANDSTILL: f64 = 0.01;
     let robot = &swarm.robots[index];
     let truth: Truth = plant.truth(index);
-    let ([end_x, end_y], arrive_m) = end_of(&swarm.behaviour);
-    let end_distance_m = (truth.pose_wb.x_m - end_x).hypot(truth.pose_wb.y_m - end_y);
+    let end = end_of(&swarm.behaviour);
+    let end_distance_m = end.map(|([x, y], _)| (truth.pose_wb.position() - Vec2::new(x, y)).norm());
     let view = tally.view.as_ref();
     let unheard = || ("never heard".to_owned(), "its loop never spoke".to_owned());
     let (state, reason) = tally.at_end.clone().unwrap_or_else(unheard);
@@ -136,7 +140,7 @@ pub(crate) fn robot_summary(swarm: &Swarm, index: usize, plant: &Plant, tally: &
     RobotSummary {
         id: robot.id,
         kind: robot.kind.clone(),
-        reached: end_distance_m <= arrive_m,
+        reached: end_distance_m.zip(end).is_none_or(|(gap_m, (_, arrive_m))| gap_m <= arrive_m),
         reached_s: tally.reached_s,
         state,
         reason,

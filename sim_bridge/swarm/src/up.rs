@@ -164,7 +164,7 @@ impl Start<'_> {
             prepared.push(opened);
         }
         let running = prepared.into_iter().enumerate().map(|(index, robot)| start(index, robot, &context)).collect();
-        let radio = Radio::new(self.swarm.radio, self.swarm.seed);
+        let radio = Radio::new(self.swarm.radio.clone(), self.swarm.seed);
         let ether = carry_beacons(far_beacons, radio, self.plant.clone(), *self.clock);
         Ok(Robots { running, _guard: Some(guard), ether: Some(tokio::spawn(ether)) })
     }

@@ -29,7 +29,7 @@ fn rectangle(enclosure: bool, [x0, y0]: [f64; 2], [x1, y1]: [f64; 2]) -> Polygon
 }
 
 fn world(polygons: Vec<Polygon>) -> World {
-    World { name: "test".into(), polygons, circles: vec![] }
+    World { name: "test".into(), polygons, circles: vec![], ..World::default() }
 }
 
 fn run(arena: &mut Arena, demands: &[Twist], steps: u32) {
@@ -136,7 +136,7 @@ fn crowd() -> impl Strategy<Value = Vec<(Pose, Twist)>> {
 fn hall() -> World {
     let thin = rectangle(false, [1.9499, 0.0], [1.9501, 1.0]);
     let circles = vec![Circle { centre_m: [3.9, 3.9], radius_m: 0.1 }];
-    World { name: "hall".into(), polygons: vec![rectangle(true, [0.0, 0.0], [4.0, 4.0]), thin], circles }
+    World { name: "hall".into(), polygons: vec![rectangle(true, [0.0, 0.0], [4.0, 4.0]), thin], circles, ..World::default() }
 }
 
 fn quick_specs(crowd: &[(Pose, Twist)]) -> Vec<BodySpec> {

@@ -210,6 +210,7 @@ mod tests {
                 Polygon { enclosure: false, points_m: vec![[4.0, 2.0], [5.0, 2.0], [5.0, 3.0], [4.0, 3.0]] },
             ],
             circles: vec![Circle { centre_m: [8.0, 3.0], radius_m: 0.5 }],
+            ..World::default()
         }
     }
 
@@ -251,7 +252,7 @@ mod tests {
 
     #[test]
     fn a_world_without_walls_has_no_gap_and_no_echo() {
-        let walls = Walls::new(&World { name: "void".into(), polygons: vec![], circles: vec![] });
+        let walls = Walls::new(&World { name: "void".into(), polygons: vec![], circles: vec![], ..World::default() });
         assert_eq!(walls.gap_m(&Disc { centre_w: Vec2::zeros(), radius_m: 1.0 }), None);
         assert_eq!(walls.ray_m(Vec2::zeros(), Vec2::new(1.0, 0.0), 100.0), None);
         assert!(!walls.is_solid(Vec2::zeros()));
@@ -260,7 +261,7 @@ mod tests {
     #[test]
     fn a_polygon_of_repeated_corners_is_left_out() {
         let flat = Polygon { enclosure: false, points_m: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [0.0, 0.0]] };
-        let walls = Walls::new(&World { name: "flat".into(), polygons: vec![flat], circles: vec![] });
+        let walls = Walls::new(&World { name: "flat".into(), polygons: vec![flat], circles: vec![], ..World::default() });
         assert!(walls.segments().is_empty());
     }
 

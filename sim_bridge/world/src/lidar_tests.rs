@@ -10,7 +10,7 @@ fn params(beams: u32) -> LidarParams {
 fn room(circles: Vec<Circle>, boxes: Vec<Polygon>) -> Walls {
     let outer = Polygon { enclosure: true, points_m: vec![[-8.0, -6.0], [8.0, -6.0], [8.0, 6.0], [-8.0, 6.0]] };
     let polygons = std::iter::once(outer).chain(boxes).collect();
-    Walls::new(&World { name: "room".into(), polygons, circles })
+    Walls::new(&World { name: "room".into(), polygons, circles, ..World::default() })
 }
 
 fn scan(lidar: &mut Lidar, walls: &Walls, pose_wb: Pose) -> Scan {

@@ -110,7 +110,7 @@ mod tests {
     use super::*;
 
     fn radio(loss: f64, delay_ms: f64, jitter_ms: f64) -> Radio {
-        Radio::new(RadioParams { range_m: 10.0, loss, delay_ms, jitter_ms }, 5)
+        Radio::new(RadioParams { range_m: 10.0, loss, delay_ms, jitter_ms, ..RadioParams::default() }, 5)
     }
 
     fn line() -> Vec<Vec2> {

@@ -4,13 +4,15 @@
 //! file chooses between leading and following and knows when the task is done.
 
 mod arrival;
+mod diffuse;
 mod flock;
 mod waypoints;
 
 use crate::estimate::Motion;
 use crate::peers::Neighbour;
 use arrival::Arrival;
-use drover_config::{Behaviour, Flock};
+pub use diffuse::diffuse;
+use drover_config::{Behaviour, Diffuse, Flock};
 use drover_contract::{BehaviourState, Limits, RobotId, Stamp, Twist, Vec2};
 use waypoints::Route;
 
@@ -32,6 +34,8 @@ pub(crate) struct View<'a> {
     pub(crate) neighbours: &'a [Neighbour],
     /// The return nearest to the law's reference point that is not a peer's, body frame.
     pub(crate) wall_b: Option<Vec2>,
+    /// Everything that the scan shows, peers too, body frame.
+    pub(crate) points_b: &'a [Vec2],
     pub(crate) limits: &'a Limits,
 }
 
@@ -49,21 +53,27 @@ pub(crate) struct Law {
 enum Role {
     Leader(Route),
     Follower { params: flock::Params, before: Twist, arrival: Arrival },
+    Diffuser(Diffuse),
 }
 
 impl Law {
     /// The law of robot `own` in `behaviour`.
     pub(crate) fn new(own: RobotId, behaviour: &Behaviour) -> Self {
-        let Behaviour::Flock(flock) = behaviour;
-        let role = if RobotId(flock.leader) == own { lead(flock) } else { follow(flock) };
-        let goal_w = flock.waypoints_m.last().map_or_else(Vec2::zeros, |[x, y]| Vec2::new(*x, *y));
-        Self { role, goal_w, start_gap_m: None, progress: 0.0, head_offset_m: flock.head_offset_m }
+        let start = |role, goal_w, head_offset_m| Self { role, goal_w, start_gap_m: None, progress: 0.0, head_offset_m };
+        match behaviour {
+            Behaviour::Flock(flock) => {
+                let role = if RobotId(flock.leader) == own { lead(flock) } else { follow(flock) };
+                let goal_w = flock.waypoints_m.last().map_or_else(Vec2::zeros, |[x, y]| Vec2::new(*x, *y));
+                start(role, goal_w, flock.head_offset_m)
+            }
+            Behaviour::Diffuse(params) => start(Role::Diffuser(*params), Vec2::zeros(), 0.0),
+        }
     }
 
     /// Where the nearest wall is measured from, body frame.
     pub(crate) fn reference_b(&self) -> Vec2 {
         match self.role {
-            Role::Leader(_) => Vec2::zeros(),
+            Role::Leader(_) | Role::Diffuser(_) => Vec2::zeros(),
             Role::Follower { .. } => Vec2::new(self.head_offset_m, 0.0),
         }
     }
@@ -73,6 +83,7 @@ impl Law {
         let gap_m = (view.motion.pose_wb.position() - self.goal_w).norm();
         let outcome = match &mut self.role {
             Role::Leader(route) => Outcome::Solved(route.step(view)),
+            Role::Diffuser(params) => Outcome::Solved(diffuse(params, view.points_b.iter().copied())),
             Role::Follower { params, before, arrival } => {
                 let leader = view.neighbours.iter().find(|peer| peer.id == params.leader);
                 arrival.update(view.now, &view.motion, leader, self.goal_w);
@@ -97,6 +108,7 @@ impl Law {
         let start_m = *self.start_gap_m.get_or_insert(gap_m.max(1e-3));
         let now = match &self.role {
             Role::Leader(route) => route.progress(),
+            Role::Diffuser(_) => 0.0,
             // A follower knows no way, only how far the end is; it never reports all before it has arrived.
             Role::Follower { .. } => (1.0 - gap_m / start_m).clamp(0.0, 0.99),
         };
@@ -115,6 +127,7 @@ impl Law {
         match &self.role {
             Role::Leader(route) => route.reached(),
             Role::Follower { arrival, .. } => arrival.done(),
+            Role::Diffuser(_) => false,
         }
     }
 

@@ -1,0 +1,62 @@
+//! Diffusion: straight on, and a turn away from whatever is near.
+//!
+//! **In**: what the scan shows, peers and walls alike (points, body frame, metres). **Out**: a twist in the body frame.
+//!
+//! **Idea**: drive straight on until something lies nearer than `clearance_m` within `ahead_rad` of the heading; then
+//! turn on the spot, away from where the sum of all such things lies, until the way is clear. Many robots that do so
+//! spread over a place. It needs no peer, no map and no pose: the smallest behaviour that uses all of a robot, and the
+//! load that swarm simulators are compared by.
+//!
+//! **Source**: the controller of ARGoS' `footbot_diffusion` example (C. Pinciroli et al., "ARGoS: a modular, parallel,
+//! multi-engine simulator for multi-robot systems", Swarm Intelligence 6(4), 2012), with points in metres for
+//! proximity readings.
+//!
+//! **Cost**: one pass over the points. **Cannot solve**: never; what lies straight ahead is turned away from to the left.
+
+use drover_config::Diffuse;
+use drover_contract::{Twist, Vec2};
+
+/// One step of the law: `points_b` is everything that is seen, body frame, metres.
+#[must_use]
+pub fn diffuse(params: &Diffuse, points_b: impl Iterator<Item = Vec2>) -> Twist {
+    let cos_ahead = libm::cos(params.ahead_rad);
+    let mut sum_b = Vec2::zeros();
+    let mut blocked = false;
+    for point_b in points_b {
+        let distance_m = point_b.norm();
+        if distance_m < params.clearance_m && point_b.x >= distance_m * cos_ahead {
+            blocked = true;
+            sum_b += point_b / distance_m.max(1e-6);
+        }
+    }
+    if !blocked {
+        return Twist::new(params.speed_mps, 0.0);
+    }
+    let away = if sum_b.y > 0.0 { -1.0 } else { 1.0 };
+    Twist::new(0.0, away * params.turn_radps)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PARAMS: Diffuse = Diffuse { speed_mps: 0.5, turn_radps: 1.0, clearance_m: 1.0, ahead_rad: 1.0 };
+
+    fn seeing(points_b: &[(f64, f64)]) -> Twist {
+        diffuse(&PARAMS, points_b.iter().map(|(x, y)| Vec2::new(*x, *y)))
+    }
+
+    #[test]
+    fn with_nothing_near_ahead_it_drives_on() {
+        assert_eq!(seeing(&[]), Twist::new(0.5, 0.0));
+        assert_eq!(seeing(&[(2.0, 0.0), (-0.5, 0.0), (0.1, 0.9)]), Twist::new(0.5, 0.0), "far, behind, beside");
+    }
+
+    #[test]
+    fn it_turns_away_from_the_side_where_more_is() {
+        assert_eq!(seeing(&[(0.8, 0.3)]), Twist::new(0.0, -1.0));
+        assert_eq!(seeing(&[(0.8, -0.3)]), Twist::new(0.0, 1.0));
+        assert_eq!(seeing(&[(0.8, -0.3), (0.8, 0.2), (0.7, 0.4)]), Twist::new(0.0, -1.0));
+        assert_eq!(seeing(&[(0.5, 0.0)]), Twist::new(0.0, 1.0), "straight ahead: to the left");
+    }
+}
