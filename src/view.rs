@@ -109,7 +109,7 @@ fn print_robot(robot: &RobotSummary) {
     let when = match (robot.reached, robot.reached_s) {
         (true, Some(reached_s)) => format!("reached after {reached_s:.1} s"),
         (true, None) => "reached".into(),
-        (false, _) => format!("NOT reached, {:.2} m away", robot.end_distance_m),
+        (false, _) => format!("NOT reached, {:.2} m away", robot.end_distance_m.unwrap_or_default()),
     };
     let changed: u64 = robot.commands_changed.values().sum();
     println!(
