@@ -1,5 +1,6 @@
 //! Points, poses and velocities in the plane.
 
+use crate::math::{sin, sin_cos};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
@@ -9,6 +10,9 @@ pub type Vec2 = nalgebra::Vector2<f64>;
 /// The same angle in (-pi, pi]. The one `wrap` there is.
 #[must_use]
 pub fn wrap(angle_rad: f64) -> f64 {
+    if angle_rad > -PI && angle_rad <= PI {
+        return angle_rad;
+    }
     let turned = angle_rad.rem_euclid(TAU);
     if turned > PI { turned - TAU } else { turned }
 }
@@ -40,8 +44,16 @@ impl Pose {
     /// The direction of the inner x axis, in the outer frame: a unit vector.
     #[must_use]
     pub fn heading(&self) -> Vec2 {
-        let (sin, cos) = self.yaw_rad.sin_cos();
+        let (sin, cos) = sin_cos(self.yaw_rad);
         Vec2::new(cos, sin)
+    }
+
+    /// The same as a map from the inner frame to the outer one: for many points, its sine is asked for once.
+    #[must_use]
+    pub fn isometry(&self) -> nalgebra::Isometry2<f64> {
+        let (sin, cos) = sin_cos(self.yaw_rad);
+        let turn = nalgebra::UnitComplex::from_cos_sin_unchecked(cos, sin);
+        nalgebra::Isometry2::from_parts(nalgebra::Translation2::new(self.x_m, self.y_m), turn)
     }
 
     /// A vector of the inner frame, turned into the outer one.
@@ -69,8 +81,8 @@ impl Pose {
     #[must_use]
     pub fn advance(&self, twist_b: Twist, dt_s: f64) -> Self {
         let turn = twist_b.yaw_rate_radps * dt_s;
-        let chord = if turn.abs() < 1e-9 { dt_s } else { (turn / 2.0).sin() * 2.0 / twist_b.yaw_rate_radps };
-        let (sin, cos) = (self.yaw_rad + turn / 2.0).sin_cos();
+        let chord = if turn.abs() < 1e-9 { dt_s } else { sin(turn / 2.0) * 2.0 / twist_b.yaw_rate_radps };
+        let (sin, cos) = sin_cos(self.yaw_rad + turn / 2.0);
         let step = twist_b.speed_mps * chord;
         Self::new(self.x_m + step * cos, self.y_m + step * sin, self.yaw_rad + turn)
     }

@@ -10,6 +10,7 @@ mod event;
 mod frame;
 mod id;
 mod link;
+pub mod math;
 mod scan;
 mod stamp;
 

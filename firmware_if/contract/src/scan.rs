@@ -41,7 +41,7 @@ impl Scan {
     pub fn points_b(&self) -> impl Iterator<Item = (usize, Vec2)> + '_ {
         self.beams.iter().enumerate().filter_map(|(index, beam)| match beam {
             Beam::Hit(range_m) => {
-                let (sin, cos) = self.angle_rad(index).sin_cos();
+                let (sin, cos) = crate::math::sin_cos(self.angle_rad(index));
                 Some((index, Vec2::new(range_m * cos, range_m * sin)))
             }
             Beam::Clear | Beam::Unknown => None,

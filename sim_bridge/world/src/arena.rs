@@ -2,17 +2,26 @@
 //!
 //! Within one step all bodies move at once, each along its own arc. The first contact of any two ends the step for both
 //! of them; the others go on, and may meet those two where they now stand. So what happens depends on where the bodies
-//! are and not on their order in the list. Two discs never overlap, and no disc overlaps a wall.
+//! are and not on their order in the list. Two bodies never overlap, and no body overlaps a wall.
+//!
+//! Sensing changes nothing but the sensor: [`Arena::eyes`] lends the place to as many threads as there are.
 
 use crate::body::{Body, BodyParams, Motion};
+use crate::clearance::Clearance;
+use crate::contacts::{Contacts, Plan};
 use crate::firmware::BodyState;
-use crate::geometry::{Disc, SKIN_M, TOUCH_M, Walls, first_contact};
+use crate::geometry::Outline;
 use crate::lidar::{Lidar, LidarParams};
-use drover_config::World;
-use drover_contract::{Pose, Scan, Stamp, Twist, Vec2};
+use crate::place::Place;
+use crate::sweep::{SKIN_M, TOUCH_M, first_contact};
+use crate::walls::{Walls, smaller};
+use drover_config::{Kind, Robot, Swarm, World};
+use drover_contract::{Pose, Scan, Stamp, Twist};
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// One body to put into the arena.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone)]
 pub struct BodySpec {
     /// The robot's id: its chance depends on it, not on its place in the list.
     pub key: u64,
@@ -20,43 +29,48 @@ pub struct BodySpec {
     pub start: Pose,
     /// Its chassis.
     pub body: BodyParams,
+    /// The convex outline that it really has; none: its disc.
+    pub outline: Option<Arc<Outline>>,
     /// Its lidar.
     pub lidar: LidarParams,
 }
 
+impl BodySpec {
+    /// The bodies of a swarm, in the file's order. Robots of one kind share their outline.
+    #[must_use]
+    pub fn all_of(swarm: &Swarm) -> Vec<Self> {
+        let outline = |kind: &Kind| Outline::new(&kind.body.footprint_m).map(Arc::new);
+        let outlines: BTreeMap<&str, Option<Arc<Outline>>> =
+            swarm.kinds.iter().map(|(name, kind)| (name.as_str(), outline(kind))).collect();
+        let spec = |robot: &Robot| {
+            let kind = swarm.kind_of(robot);
+            Self {
+                key: u64::from(robot.id),
+                start: Pose::new(robot.start.x_m, robot.start.y_m, robot.start.yaw_rad),
+                body: BodyParams::of(kind),
+                outline: outlines.get(robot.kind.as_str()).cloned().flatten(),
+                lidar: LidarParams::of(kind),
+            }
+        };
+        swarm.robots.iter().map(spec).collect()
+    }
+}
+
 /// The place with everything in it.
 pub struct Arena {
-    walls: Walls,
+    place: Place,
     members: Vec<Member>,
-    /// Where the bodies are now: the same order as `members`.
-    discs: Vec<Disc>,
-    radius_m_max: f64,
-    /// Robots from west to east: near ones are neighbours in this list.
-    by_x: Vec<usize>,
+    lidars: Vec<Lidar>,
+    contacts: Contacts,
     /// Kept from step to step for their memory only.
     plans: Vec<Plan>,
-    pairs: Vec<Pair>,
 }
 
 struct Member {
     body: Body,
-    lidar: Lidar,
     in_contact: bool,
-    gap_robot_m_min: Option<f64>,
-    gap_wall_m_min: Option<f64>,
-}
-
-/// A body's motion in this step, and how much of it nothing prevents.
-struct Plan {
-    from_wb: Pose,
-    motion: Motion,
-    share: f64,
-}
-
-/// Two bodies that may meet in this step, and where along it they do.
-struct Pair {
-    robots: [usize; 2],
-    contact: Option<f64>,
+    wall: Clearance,
+    robot: Clearance,
 }
 
 impl Arena {
@@ -65,23 +79,20 @@ impl Arena {
     pub fn new(world: &World, bodies: &[BodySpec], seed: u64) -> Self {
         let member = |spec: &BodySpec| Member {
             body: Body::new(spec.body, spec.start, seed, spec.key),
-            lidar: Lidar::new(spec.lidar, seed, spec.key),
             in_contact: false,
-            gap_robot_m_min: None,
-            gap_wall_m_min: None,
+            wall: Clearance::default(),
+            robot: Clearance::default(),
         };
-        let disc = |spec: &BodySpec| Disc { centre_w: spec.start.position(), radius_m: spec.body.radius_m };
         let mut arena = Self {
-            walls: Walls::new(world),
+            place: Place::new(world, bodies),
             members: bodies.iter().map(member).collect(),
-            discs: bodies.iter().map(disc).collect(),
-            radius_m_max: bodies.iter().map(|spec| spec.body.radius_m).fold(0.0, f64::max),
-            by_x: (0..bodies.len()).collect(),
+            lidars: bodies.iter().map(|spec| Lidar::new(spec.lidar, seed, spec.key)).collect(),
+            contacts: Contacts::default(),
             plans: Vec::new(),
-            pairs: Vec::new(),
         };
-        arena.sort_by_x();
-        arena.measure(Walls::gap_m);
+        for robot in 0..bodies.len() {
+            arena.measure(robot, true);
+        }
         arena
     }
 
@@ -94,16 +105,23 @@ impl Arena {
     /// Move all bodies by `dt_s` seconds towards `demands` (one a body; a body without one is asked to stand).
     pub fn step(&mut self, dt_s: f64, demands: &[Twist]) {
         self.plan(dt_s, demands);
-        self.find_pairs();
-        self.resolve_contacts();
-        for ((member, plan), disc) in self.members.iter_mut().zip(&self.plans).zip(&mut self.discs) {
+        self.contacts.resolve(&self.place, &mut self.plans);
+        let mut way_m_max: f64 = 0.0;
+        for (robot, plan) in self.plans.iter().enumerate() {
+            let member = &mut self.members[robot];
             member.body.carry_out(&plan.motion, plan.share);
             member.in_contact = plan.share < 1.0;
-            disc.centre_w = member.body.pose_wb().position();
+            self.place.move_to(robot, member.body.pose_wb());
+            self.lidars[robot].note(member.body.pose_wb());
+            way_m_max = way_m_max.max(plan.sweep_m * plan.share);
         }
-        self.sort_by_x();
-        // Who is in free space stays there, so the side of a wall need not be asked for again.
-        self.measure(|walls, disc| Some(walls.distance_m(disc.centre_w)? - disc.radius_m));
+        self.place.sort();
+        for robot in 0..self.members.len() {
+            let way_m = self.plans[robot].sweep_m * self.plans[robot].share;
+            self.members[robot].wall.moved(way_m);
+            self.members[robot].robot.moved(way_m + way_m_max);
+            self.measure(robot, false);
+        }
     }
 
     /// Body `robot`, as its own sensors could know it.
@@ -124,11 +142,19 @@ impl Arena {
     /// What body `robot`'s lidar sees now: walls, round obstacles, other bodies.
     #[must_use]
     pub fn cast(&mut self, now: Stamp, robot: usize) -> Scan {
-        let Self { walls, members, discs, .. } = self;
-        let member = &mut members[robot];
-        let others = discs.iter().enumerate().filter(|(other, _)| *other != robot).map(|(_, disc)| disc);
-        let round = walls.discs().iter().chain(others);
-        member.lidar.scan(now, member.body.pose_wb(), walls.segments(), round)
+        let pose_wb = self.members[robot].body.pose_wb();
+        self.lidars[robot].scan(now, pose_wb, &self.place.seen_by(robot))
+    }
+
+    /// The place as it is, and every lidar: what is needed to take all scans side by side.
+    pub fn eyes(&mut self) -> (&Place, &mut [Lidar]) {
+        (&self.place, &mut self.lidars)
+    }
+
+    /// The place as it is.
+    #[must_use]
+    pub fn place(&self) -> &Place {
+        &self.place
     }
 
     /// How far body `robot` has travelled, metres.
@@ -138,160 +164,89 @@ impl Arena {
     }
 
     /// Smallest gap so far between body `robot` and any other, metres, 0 from the first touch on; `None` if it is
-    /// alone.
+    /// alone. As exact as [`Clearance`] says.
     #[must_use]
     pub fn gap_robot_m_min(&self, robot: usize) -> Option<f64> {
-        self.members[robot].gap_robot_m_min
+        self.members[robot].robot.smallest_m()
     }
 
     /// Smallest gap so far between body `robot` and any wall, metres, 0 from the first touch on; `None` without walls.
     #[must_use]
     pub fn gap_wall_m_min(&self, robot: usize) -> Option<f64> {
-        self.members[robot].gap_wall_m_min
+        self.members[robot].wall.smallest_m()
     }
 
     /// Smallest gap so far between any two bodies, metres.
     #[must_use]
     pub fn min_gap_robot_m(&self) -> Option<f64> {
-        self.members.iter().filter_map(|member| member.gap_robot_m_min).min_by(f64::total_cmp)
+        self.members.iter().map(|member| member.robot.smallest_m()).fold(None, smaller)
     }
 
     /// Smallest gap so far between any body and any wall, metres.
     #[must_use]
     pub fn min_gap_wall_m(&self) -> Option<f64> {
-        self.members.iter().filter_map(|member| member.gap_wall_m_min).min_by(f64::total_cmp)
+        self.members.iter().map(|member| member.wall.smallest_m()).fold(None, smaller)
     }
 
     /// Everything in the place that does not move.
     #[must_use]
     pub fn walls(&self) -> &Walls {
-        &self.walls
+        self.place.walls()
+    }
+
+    /// Heap bytes held by bodies, lidars and what finds them; the walls' apart (second).
+    #[must_use]
+    pub fn bytes(&self) -> (usize, usize) {
+        let lidars: usize = self.lidars.iter().map(|lidar| size_of::<Lidar>() + lidar.bytes()).sum();
+        let bodies = self.members.capacity() * size_of::<Member>() + self.plans.capacity() * size_of::<Plan>();
+        (lidars + bodies + self.contacts.bytes() + self.place.bytes(), self.place.walls().bytes())
     }
 
     /// Each body's motion, clipped at the walls.
     fn plan(&mut self, dt_s: f64, demands: &[Twist]) {
         self.plans.clear();
-        for (index, member) in self.members.iter_mut().enumerate() {
-            let motion = member.body.plan(demands.get(index).copied().unwrap_or(Twist::ZERO), dt_s);
-            let mut plan = Plan { from_wb: member.body.pose_wb(), motion, share: 1.0 };
-            let radius_m = member.body.radius_m();
-            let gap_at = |share| self.walls.distance_m(plan.position_w(share)).map_or(f64::MAX, |m| m - radius_m);
-            if let Some(share) = first_contact(motion.length_m, gap_at) {
-                plan.share = share;
+        for (robot, member) in self.members.iter_mut().enumerate() {
+            let motion = member.body.plan(demands.get(robot).copied().unwrap_or(Twist::ZERO), dt_s);
+            let sweep_m = motion.length_m + self.place.turn_m(robot, &motion);
+            let mut plan = Plan { from_wb: member.body.pose_wb(), motion, share: 1.0, sweep_m };
+            // What was measured before often says already that no wall can be reached.
+            if member.wall.bound_m().is_some_and(|gap_m| gap_m - sweep_m <= SKIN_M) {
+                let gap_at = |share| self.place.wall_gap_m(robot, plan.pose_at(share)).unwrap_or(f64::MAX);
+                if let Some(share) = first_contact(sweep_m, gap_at) {
+                    plan.share = share;
+                }
             }
             self.plans.push(plan);
         }
     }
 
-    /// All pairs of bodies that could meet in this step.
-    fn find_pairs(&mut self) {
-        self.pairs.clear();
-        let reach = |robot: usize| self.discs[robot].radius_m + self.plans[robot].motion.length_m;
-        let reach_m_max = (0..self.members.len()).map(reach).fold(0.0, f64::max);
-        for (rank, &a) in self.by_x.iter().enumerate() {
-            let west_x_m = self.discs[a].centre_w.x;
-            let window_m = reach(a) + reach_m_max + SKIN_M;
-            let near = self.by_x[rank + 1..].iter().take_while(|b| self.discs[**b].centre_w.x - west_x_m <= window_m);
-            for &b in near {
-                let distance_m = (self.discs[a].centre_w - self.discs[b].centre_w).norm();
-                if distance_m <= reach(a) + reach(b) + SKIN_M {
-                    self.pairs.push(Pair { robots: [a, b], contact: None });
-                }
-            }
+    /// Bring running minima and contacts up to date. Only at first it is asked whether a body is inside of a solid: who
+    /// is in free space stays there.
+    fn measure(&mut self, robot: usize, first: bool) {
+        let (place, member) = (&self.place, &mut self.members[robot]);
+        if member.wall.is_due() {
+            let gap_m = if first { place.signed_wall_gap_m(robot) } else { place.wall_gap_m(robot, place.pose_wb(robot)) };
+            member.wall.measured(gap_m);
+        } else {
+            member.wall.kept();
         }
-    }
-
-    /// Clip motions at contacts between bodies, the earliest contact first.
-    ///
-    /// A clipped body stands where it is from then on, so only contacts at or after that moment can be new: every round
-    /// ends the step for at least one body more.
-    fn resolve_contacts(&mut self) {
-        for index in 0..self.pairs.len() {
-            self.pairs[index].contact = self.contact_of(self.pairs[index].robots);
+        if member.robot.is_due() {
+            member.robot.measured(place.nearest_body_m(robot));
+        } else {
+            member.robot.kept();
         }
-        while let Some((share, [a, b])) = self.earliest_contact() {
-            for robot in [a, b] {
-                self.plans[robot].share = self.plans[robot].share.min(share);
-            }
-            for index in 0..self.pairs.len() {
-                let robots = self.pairs[index].robots;
-                if robots.contains(&a) || robots.contains(&b) {
-                    self.pairs[index].contact = self.contact_of(robots);
-                }
-            }
-        }
-    }
-
-    fn earliest_contact(&self) -> Option<(f64, [usize; 2])> {
-        let contacts = self.pairs.iter().filter_map(|pair| pair.contact.map(|share| (share, pair.robots)));
-        contacts.min_by(|a, b| a.0.total_cmp(&b.0))
-    }
-
-    /// Where along the step these two meet, if that ends the motion of one of them earlier than known so far.
-    fn contact_of(&self, [a, b]: [usize; 2]) -> Option<f64> {
-        let (plan_a, plan_b) = (&self.plans[a], &self.plans[b]);
-        let radii_m = self.discs[a].radius_m + self.discs[b].radius_m;
-        let gap_at = |share: f64| (plan_a.position_w(share) - plan_b.position_w(share)).norm() - radii_m;
-        let share = first_contact(plan_a.motion.length_m + plan_b.motion.length_m, gap_at)?;
-        (share < plan_a.share.max(plan_b.share)).then_some(share)
-    }
-
-    /// Nearly sorted from the step before, so this is nearly free. Equal places are told apart by the robots' order.
-    fn sort_by_x(&mut self) {
-        let Self { by_x, discs, .. } = self;
-        by_x.sort_by(|a, b| discs[*a].centre_w.x.total_cmp(&discs[*b].centre_w.x).then(a.cmp(b)));
-    }
-
-    /// Bring running minima and contacts up to date.
-    fn measure(&mut self, gap_to_wall_m: impl Fn(&Walls, &Disc) -> Option<f64>) {
-        for rank in 0..self.by_x.len() {
-            let robot = self.by_x[rank];
-            let disc = self.discs[robot];
-            let wall_m = gap_to_wall_m(&self.walls, &disc);
-            let robot_m = self.gap_to_nearest_m(rank);
-            let member = &mut self.members[robot];
-            member.gap_wall_m_min = smaller(member.gap_wall_m_min, wall_m.map(reported_gap_m));
-            member.gap_robot_m_min = smaller(member.gap_robot_m_min, robot_m.map(reported_gap_m));
-            member.in_contact |= [wall_m, robot_m].into_iter().flatten().any(|gap_m| gap_m <= TOUCH_M);
-        }
-    }
-
-    /// Gap to the nearest other body, metres. Bodies that are farther than the smallest gap so far need not be found.
-    fn gap_to_nearest_m(&self, rank: usize) -> Option<f64> {
-        let disc = self.discs[self.by_x[rank]];
-        let known_m = self.members[self.by_x[rank]].gap_robot_m_min.unwrap_or(f64::INFINITY).max(TOUCH_M);
-        let mut nearest_m: Option<f64> = None;
-        let mut look = |robot: usize| {
-            let other = self.discs[robot];
-            let radii_m = disc.radius_m + other.radius_m;
-            let within_m = nearest_m.map_or(known_m, |gap_m| gap_m.min(known_m));
-            if (other.centre_w.x - disc.centre_w.x).abs() - disc.radius_m - self.radius_m_max > within_m {
-                return false;
-            }
-            nearest_m = smaller(nearest_m, Some((other.centre_w - disc.centre_w).norm() - radii_m));
-            true
-        };
-        // East, then west, each until the bodies are too far away to matter.
-        let _ = self.by_x[rank + 1..].iter().all(|robot| look(*robot));
-        let _ = self.by_x[..rank].iter().rev().all(|robot| look(*robot));
-        nearest_m
+        let touches = |clearance: &Clearance| clearance.bound_m().is_some_and(|gap_m| gap_m <= TOUCH_M);
+        member.in_contact |= touches(&member.wall) || touches(&member.robot);
     }
 }
 
 impl Plan {
-    /// Where the body is after a share of the step.
-    fn position_w(&self, share: f64) -> Vec2 {
-        self.from_wb.advance(self.motion.twist_b, self.motion.dt_s * share.min(self.share)).position()
+    /// The motion's twist and time, for who wants to know where it leads.
+    #[must_use]
+    pub(crate) fn pose_at(&self, share: f64) -> Pose {
+        let Motion { twist_b, dt_s, .. } = self.motion;
+        self.from_wb.advance(twist_b, dt_s * share.min(self.share))
     }
-}
-
-/// A gap as it is told: touching is 0, and nothing is below 0.
-fn reported_gap_m(gap_m: f64) -> f64 {
-    if gap_m <= TOUCH_M { 0.0 } else { gap_m }
-}
-
-fn smaller(a: Option<f64>, b: Option<f64>) -> Option<f64> {
-    a.into_iter().chain(b).min_by(f64::total_cmp)
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 use super::*;
-use drover_config::{Circle, Polygon};
+use drover_config::{Circle, Mount, Polygon, SimMotion};
+use drover_contract::Vec2;
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
@@ -16,12 +17,23 @@ fn params(slip_std: f64) -> BodyParams {
         brake_mps2: 2.0,
         yaw_accel_radps2: 4.0,
         slip_std,
+        motion: SimMotion::DiffDrive,
     }
 }
 
 fn spec(key: u64, start: Pose) -> BodySpec {
-    let lidar = LidarParams { beams: 72, range_m_min: 0.1, range_m_max: 8.0, range_noise_m: 0.01, beam_dropout: 0.01 };
-    BodySpec { key, start, body: params(0.0), lidar }
+    let lidar = LidarParams {
+        beams: 72,
+        fov_rad: std::f64::consts::TAU,
+        mount: Mount::default(),
+        range_m_min: 0.1,
+        range_m_max: 8.0,
+        range_noise_m: 0.01,
+        range_step_m: 0.0,
+        beam_dropout: 0.01,
+        sweep: false,
+    };
+    BodySpec { key, start, body: params(0.0), outline: None, lidar }
 }
 
 fn rectangle(enclosure: bool, [x0, y0]: [f64; 2], [x1, y1]: [f64; 2]) -> Polygon {
@@ -80,7 +92,7 @@ fn a_queue_of_bodies_closes_up_and_nobody_overlaps() {
     let bodies: Vec<_> = (0..8).map(|n| spec(n, Pose::new(n as f64 * 0.6, 0.0, 0.0))).collect();
     let mut arena = Arena::new(&room, &bodies, 1);
     run(&mut arena, &[Twist::new(3.0, 0.0); 8], 2000);
-    for pair in arena.discs.windows(2) {
+    for pair in arena.place.discs().windows(2) {
         let gap_m = pair[1].centre_w.x - pair[0].centre_w.x - 2.0 * RADIUS_M;
         assert!((0.0..=TOUCH_M).contains(&gap_m), "{gap_m}");
     }
@@ -154,18 +166,18 @@ proptest! {
         let demands: Vec<Twist> = crowd.iter().map(|(_, demand)| *demand).collect();
         for step in 0..60 {
             let turned: Vec<Twist> = if step < 30 { demands.clone() } else { demands.iter().map(reversed).collect() };
-            let before: Vec<Vec2> = arena.discs.iter().map(|disc| disc.centre_w).collect();
+            let before: Vec<Vec2> = arena.place.discs().iter().map(|disc| disc.centre_w).collect();
             arena.step(dt_s, &turned);
-            for (n, disc) in arena.discs.iter().enumerate() {
-                let gap_m = arena.walls.gap_m(disc).unwrap();
+            for (n, disc) in arena.place.discs().iter().enumerate() {
+                let gap_m = arena.walls().gap_m(disc).unwrap();
                 prop_assert!(gap_m > 0.0, "robot {n} overlaps a wall by {gap_m} (from {})", before[n]);
-                for (m, other) in arena.discs.iter().enumerate().skip(n + 1) {
+                for (m, other) in arena.place.discs().iter().enumerate().skip(n + 1) {
                     let gap_m = (disc.centre_w - other.centre_w).norm() - 2.0 * RADIUS_M;
                     prop_assert!(gap_m > 0.0, "robots {n} and {m} overlap by {gap_m}");
                 }
             }
             // The thin wall reaches to y = 1: who is below that stays on the side where it was.
-            for (was, is) in before.iter().zip(&arena.discs) {
+            for (was, is) in before.iter().zip(arena.place.discs()) {
                 let crossed = (was.x - 1.95) * (is.centre_w.x - 1.95) < 0.0;
                 let below = was.y < 1.0 && is.centre_w.y < 1.0;
                 prop_assert!(!(crossed && below && arc_stays_below(was, &is.centre_w)), "{was} -> {}", is.centre_w);

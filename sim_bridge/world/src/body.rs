@@ -5,7 +5,7 @@
 //! its slipping wheels exactly. What the wheels themselves measure has no slip in it, as on a real robot.
 
 use crate::chance::{Use, generator, normal};
-use drover_config::Kind;
+use drover_config::{Kind, SimMotion};
 use drover_contract::{Pose, Twist, WheelTravel};
 use rand_pcg::Pcg32;
 
@@ -39,6 +39,8 @@ pub struct BodyParams {
     pub yaw_accel_radps2: f64,
     /// Standard deviation of each wheel's slip, as a share of its speed.
     pub slip_std: f64,
+    /// Whether it speeds up, brakes and slips at all.
+    pub motion: SimMotion,
 }
 
 impl BodyParams {
@@ -55,6 +57,7 @@ impl BodyParams {
             brake_mps2: motion.brake_mps2 * BRAKE_RESERVE,
             yaw_accel_radps2: motion.yaw_accel_radps2_max * ACCEL_RESERVE,
             slip_std: kind.sim.slip_std,
+            motion: kind.sim.motion,
         }
     }
 }
@@ -70,6 +73,8 @@ pub struct Body {
     twist_b: Twist,
     wheels: WheelTravel,
     slip: [f64; 2],
+    /// How long a step was last, and what of the slip it keeps and adds: steps are alike.
+    slip_step: (f64, f64, f64),
     path_m: f64,
     rng: Pcg32,
 }
@@ -98,6 +103,7 @@ impl Body {
             twist_b: Twist::ZERO,
             wheels: WheelTravel::default(),
             slip: [0.0; 2],
+            slip_step: (0.0, 1.0, 0.0),
             path_m: 0.0,
             rng: generator(seed, key, Use::Slip),
         }
@@ -143,6 +149,11 @@ impl Body {
     pub fn plan(&mut self, demand: Twist, dt_s: f64) -> Motion {
         let before = self.wheel_twist_b;
         self.wheel_twist_b = self.approach(demand, dt_s);
+        if self.params.motion == SimMotion::Point {
+            let twist_b = self.wheel_twist_b;
+            self.twist_b = twist_b;
+            return Motion { twist_b, wheel_twist_b: twist_b, length_m: twist_b.speed_mps.abs() * dt_s, dt_s };
+        }
         // The mean over the step: the distance of a braking body is then v^2 / (2 brake), whatever the step.
         let wheel_twist_b = Twist::new(
             f64::midpoint(before.speed_mps, self.wheel_twist_b.speed_mps),
@@ -174,6 +185,9 @@ impl Body {
         let demand = if demand.is_finite() { demand } else { Twist::ZERO };
         let speed = demand.speed_mps.clamp(-p.speed_mps_max, p.speed_mps_max);
         let yaw_rate = demand.yaw_rate_radps.clamp(-p.yaw_rate_radps_max, p.yaw_rate_radps_max);
+        if p.motion == SimMotion::Point {
+            return Twist::new(speed, yaw_rate);
+        }
         let yaw_step = p.yaw_accel_radps2 * dt_s;
         let change = (yaw_rate - self.wheel_twist_b.yaw_rate_radps).clamp(-yaw_step, yaw_step);
         Twist {
@@ -186,8 +200,11 @@ impl Body {
         if self.params.slip_std <= 0.0 {
             return;
         }
-        let keep = (-dt_s / SLIP_TIME_S).exp();
-        let fresh = self.params.slip_std * (1.0 - keep * keep).sqrt();
+        if (self.slip_step.0 - dt_s).abs() > 0.0 {
+            let keep = libm::exp(-dt_s / SLIP_TIME_S);
+            self.slip_step = (dt_s, keep, self.params.slip_std * (1.0 - keep * keep).sqrt());
+        }
+        let (_, keep, fresh) = self.slip_step;
         for slip in &mut self.slip {
             *slip = (*slip * keep + fresh * normal(&mut self.rng)).clamp(-SLIP_MAX, SLIP_MAX);
         }

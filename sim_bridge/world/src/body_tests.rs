@@ -11,6 +11,7 @@ fn params() -> BodyParams {
         brake_mps2: 2.0,
         yaw_accel_radps2: 4.0,
         slip_std: 0.0,
+        motion: SimMotion::DiffDrive,
     }
 }
 

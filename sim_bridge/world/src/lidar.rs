@@ -1,41 +1,46 @@
-//! The lidar: a one-dimensional depth buffer.
+//! The lidar: where it sits, what it sees of walls and of other bodies, and what its sensor makes of that.
 //!
-//! All beams of a scan share one origin, so the work is done per thing in range and not per ray: a wall or a disc
-//! becomes an interval of beams (two angles), and each beam u of the interval keeps the nearest range that it was
-//! offered, in closed form: r = c / (n . u) for a wall at distance c with unit normal n, and
-//! r = u . p - sqrt(radius^2 - (u x p)^2) for a disc at p. The same idea as a z-buffer, with one row.
+//! Casting is a depth buffer's work ([`crate::depth`]). Ranges are then those of a real sensor: noise, steps, beams
+//! without a reading. Noise is a function of the robot, the scan and the beam, so no scan depends on another.
 //!
-//! Conditions: the origin lies in free space, and outlines are closed, since walls that face away are skipped (what
-//! lies behind a face is hidden by that face). Both hold for a body that started in free space.
-//!
-//! Beam 0 looks straight ahead (angle 0 in the body frame), and beams go counter-clockwise.
+//! Beam 0 of a full turn looks straight ahead of the sensor (angle 0 in the sensor's frame), and beams go
+//! counter-clockwise. A field of view of less than a turn is centred on straight ahead, its first and last beam on its
+//! edges. A scan's angles and points are in the sensor's frame; `lidar.mount` says where that is.
 
-use crate::chance::{Use, generator, normal};
-use crate::geometry::{Disc, Segment};
-use drover_config::Kind;
+use crate::chance::{Draws, Use};
+use crate::depth::{DepthBuffer, LANES};
+use crate::geometry::Disc;
+use crate::sight::Sight;
+use drover_config::{Kind, Mount};
 use drover_contract::{Beam, Pose, Scan, Stamp, Vec2};
-use rand::Rng;
-use rand_pcg::Pcg32;
 use std::f64::consts::TAU;
 
-/// An interval of beams is widened by this share of a beam, so that two walls that share a corner leave no hole.
-const EDGE_BEAMS: f64 = 1e-9;
-/// A wall seen this edge-on has no face, metres (distance of its line from the origin).
-const EDGE_ON_M: f64 = 1e-12;
+/// A field of view this close to a turn is one, radians.
+const TURN_SLACK_RAD: f64 = 1e-6;
+/// A sweep is cast from that many places along the way at most.
+const SWEEP_PARTS: usize = 16;
 
 /// What a lidar can do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LidarParams {
-    /// Beams of a full turn, at least one.
+    /// Beams of its field of view, at least one.
     pub beams: u32,
+    /// Field of view, radians, up to a full turn, about straight ahead.
+    pub fov_rad: f64,
+    /// Where the sensor sits on the body.
+    pub mount: Mount,
     /// Nearer than this there is no reading, metres.
     pub range_m_min: f64,
     /// Farther than this everything is clear, metres.
     pub range_m_max: f64,
     /// Standard deviation of a range, metres.
     pub range_noise_m: f64,
+    /// Ranges come in steps of this, metres; 0: none.
+    pub range_step_m: f64,
     /// Share of beams without a reading, 0..=1.
     pub beam_dropout: f64,
+    /// Whether a scan is taken while the body moves, beam after beam from one scan to the next.
+    pub sweep: bool,
 }
 
 impl LidarParams {
@@ -44,46 +49,72 @@ impl LidarParams {
     pub fn of(kind: &Kind) -> Self {
         Self {
             beams: kind.lidar.beams,
+            fov_rad: kind.lidar.fov_rad,
+            mount: kind.lidar.mount,
             range_m_min: kind.lidar.range_m_min,
             range_m_max: kind.lidar.range_m_max,
             range_noise_m: kind.sim.range_noise_m,
+            range_step_m: kind.sim.range_step_m,
             beam_dropout: kind.sim.beam_dropout,
+            sweep: kind.sim.scan_sweep,
         }
     }
+
+    /// Direction of the first beam and the angle from one to the next, radians, sensor frame.
+    #[must_use]
+    pub fn angles_rad(&self) -> (f64, f64) {
+        let beams = f64::from(self.beams.max(1));
+        if self.fov_rad > TAU - TURN_SLACK_RAD {
+            (0.0, TAU / beams)
+        } else if self.beams > 1 {
+            (-self.fov_rad / 2.0, self.fov_rad / (beams - 1.0))
+        } else {
+            (0.0, self.fov_rad)
+        }
+    }
+}
+
+/// What is around: walls, and what moves.
+pub trait Scenery {
+    /// The walls.
+    fn sight(&self) -> &Sight;
+    /// Call with every body, other than the one that looks, that may be within `range_m` of a place.
+    fn bodies_near(&self, from_w: Vec2, range_m: f64, see: &mut dyn FnMut(Silhouette<'_>));
+}
+
+/// What a lidar sees of a body.
+#[derive(Clone, Copy, Debug)]
+pub enum Silhouette<'a> {
+    /// A disc.
+    Disc(Disc),
+    /// A convex outline: its corners, counter-clockwise, body frame, and where the body is.
+    Outline(&'a [Vec2], Pose),
 }
 
 /// One robot's lidar. Its buffers are kept from scan to scan.
 #[derive(Clone, Debug)]
 pub struct Lidar {
     params: LidarParams,
-    step_rad: f64,
-    directions_b: Vec<Vec2>,
+    mount: Pose,
     depth: DepthBuffer,
-    rng: Pcg32,
-}
-
-/// The nearest range that each beam was offered, metres.
-#[derive(Clone, Debug, Default)]
-struct DepthBuffer {
-    range_m: Vec<f64>,
+    draws: Draws,
+    scans: u64,
+    /// Where the body was since the last scan, for a sweep.
+    way_wb: Vec<Pose>,
 }
 
 impl Lidar {
     /// A lidar; `seed` and `key` (the robot's id) make its noise.
     #[must_use]
     pub fn new(params: LidarParams, seed: u64, key: u64) -> Self {
-        let beams = params.beams.max(1);
-        let step_rad = TAU / f64::from(beams);
-        let direction = |index: u32| {
-            let (sin, cos) = (step_rad * f64::from(index)).sin_cos();
-            Vec2::new(cos, sin)
-        };
+        let (first_rad, step_rad) = params.angles_rad();
         Self {
+            mount: Pose::new(params.mount.x_m, params.mount.y_m, params.mount.yaw_rad),
+            depth: DepthBuffer::new(params.beams.max(1) as usize, first_rad, step_rad, params.range_m_max),
+            draws: Draws::new(seed, Use::Lidar).of(key),
+            scans: 0,
+            way_wb: Vec::new(),
             params,
-            step_rad,
-            directions_b: (0..beams).map(direction).collect(),
-            depth: DepthBuffer { range_m: vec![f64::INFINITY; beams as usize] },
-            rng: generator(seed, key, Use::Lidar),
         }
     }
 
@@ -93,111 +124,147 @@ impl Lidar {
         &self.params
     }
 
-    /// A scan from `pose_wb` of walls and discs (round obstacles and other bodies), with noise and dropout.
-    pub fn scan<'a>(
-        &mut self,
-        now: Stamp,
-        pose_wb: Pose,
-        segments: &[Segment],
-        discs: impl Iterator<Item = &'a Disc>,
-    ) -> Scan {
-        self.fill(pose_wb, segments, discs);
-        let beams = (0..self.directions_b.len()).map(|index| self.reading(index)).collect();
-        Scan {
-            stamp: now,
-            angle_first_rad: 0.0,
-            angle_step_rad: self.step_rad,
-            range_m_min: self.params.range_m_min,
-            range_m_max: self.params.range_m_max,
-            beams,
+    /// The body has moved to `pose_wb`; only a sweeping lidar wants to know.
+    pub fn note(&mut self, pose_wb: Pose) {
+        if self.params.sweep {
+            self.way_wb.push(pose_wb);
         }
     }
 
-    /// True ranges of all beams, metres; infinite where there is nothing.
-    fn fill<'a>(&mut self, pose_wb: Pose, segments: &[Segment], discs: impl Iterator<Item = &'a Disc>) {
-        self.depth.range_m.fill(f64::INFINITY);
-        let heading = pose_wb.heading();
-        let origin_w = pose_wb.position();
-        let to_body = |point_w: Vec2| {
-            let d = point_w - origin_w;
-            Vec2::new(heading.x * d.x + heading.y * d.y, heading.x * d.y - heading.y * d.x)
-        };
-        for segment in segments {
-            self.draw_segment(to_body(segment.from_w), to_body(segment.to_w));
-        }
-        for disc in discs {
-            self.draw_disc(to_body(disc.centre_w), disc.radius_m);
-        }
+    /// A scan of a body at `pose_wb`, with noise and dropout.
+    ///
+    /// A sweep takes its first beam where the body was at the scan before and its last where it is now; other bodies
+    /// are taken where they are now.
+    pub fn scan(&mut self, now: Stamp, pose_wb: Pose, scenery: &impl Scenery) -> Scan {
+        self.cast_all(pose_wb, scenery);
+        let draws = self.draws.of(self.scans);
+        self.scans += 1;
+        let beams = (0..self.depth.beams()).map(|beam| self.reading(draws, beam)).collect();
+        let (angle_first_rad, angle_step_rad) = self.params.angles_rad();
+        let LidarParams { range_m_min, range_m_max, .. } = self.params;
+        Scan { stamp: now, angle_first_rad, angle_step_rad, range_m_min, range_m_max, beams }
     }
 
-    fn draw_segment(&mut self, from_b: Vec2, to_b: Vec2) {
-        let along = to_b - from_b;
-        // The signed distance of the wall's line; a face looks at us when it runs counter-clockwise around us.
-        let facing = from_b.perp(&to_b);
-        let length_m = along.norm();
-        if facing <= EDGE_ON_M * length_m || facing > self.params.range_m_max * length_m {
-            return;
-        }
-        let distance_m = facing / length_m;
-        let normal_b = Vec2::new(along.y, -along.x) / length_m;
-        // A beam that grazes the very end of a wall must not be thrown beyond that end by rounding.
-        let farthest_m = from_b.norm().max(to_b.norm());
-        let first_rad = from_b.y.atan2(from_b.x);
-        let span_rad = facing.atan2(from_b.dot(&to_b));
-        self.offer(first_rad, span_rad, |direction_b| {
-            let approach = normal_b.dot(direction_b);
-            if approach > 0.0 { (distance_m / approach).min(farthest_m) } else { f64::INFINITY }
-        });
+    /// True ranges of all beams from a body at `pose_wb`, metres, infinite where nothing is: no noise, no limits but
+    /// that what is wholly farther than the sensor's range is not looked at.
+    pub fn ranges(&mut self, pose_wb: Pose, scenery: &impl Scenery) -> impl Iterator<Item = f64> + '_ {
+        self.depth.clear();
+        self.cast(pose_wb, scenery);
+        (0..self.depth.beams()).map(|beam| self.depth.range_of(beam))
     }
 
-    fn draw_disc(&mut self, centre_b: Vec2, radius_m: f64) {
-        let distance_m = centre_b.norm();
-        if distance_m <= radius_m || distance_m - radius_m > self.params.range_m_max {
-            return;
-        }
-        let half_rad = (radius_m / distance_m).asin();
-        let first_rad = centre_b.y.atan2(centre_b.x) - half_rad;
-        self.offer(first_rad, 2.0 * half_rad, |direction_b| {
-            let aside_m = direction_b.perp(&centre_b);
-            let depth_m = (radius_m * radius_m - aside_m * aside_m).max(0.0).sqrt();
-            direction_b.dot(&centre_b) - depth_m
-        });
+    /// Heap bytes held.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.depth.bytes() + self.way_wb.capacity() * size_of::<Pose>()
     }
 
-    /// Offer a range to every beam from `first_rad` on, `span_rad` wide (less than a full turn).
-    fn offer(&mut self, first_rad: f64, span_rad: f64, range_m: impl Fn(&Vec2) -> f64) {
-        let beams = self.directions_b.len();
-        let first = (first_rad / self.step_rad - EDGE_BEAMS).ceil();
-        let last = ((first_rad + span_rad) / self.step_rad + EDGE_BEAMS).floor();
-        let count = (last - first + 1.0).clamp(0.0, beams as f64) as usize;
-        let start = (first as i64).rem_euclid(beams as i64) as usize;
-        let until_wrap = count.min(beams - start);
-        self.offer_run(start, until_wrap, &range_m);
-        self.offer_run(0, count - until_wrap, &range_m);
+    fn cast_all(&mut self, pose_wb: Pose, scenery: &impl Scenery) {
+        self.depth.clear();
+        if self.way_wb.len() < 2 {
+            return self.cast(pose_wb, scenery);
+        }
+        let way_wb = std::mem::take(&mut self.way_wb);
+        let beams = self.depth.beams();
+        let parts = SWEEP_PARTS.min(way_wb.len()).min(beams);
+        for part in 0..parts {
+            self.depth.draw_only(part * beams / parts, (part + 1) * beams / parts);
+            self.cast(way_wb[(2 * part + 1) * way_wb.len() / (2 * parts)], scenery);
+        }
+        self.depth.draw_only(0, beams);
+        self.way_wb = way_wb;
+        self.way_wb.clear();
     }
 
-    fn offer_run(&mut self, start: usize, count: usize, range_m: impl Fn(&Vec2) -> f64) {
-        let nearest = &mut self.depth.range_m[start..start + count];
-        for (nearest_m, direction_b) in nearest.iter_mut().zip(&self.directions_b[start..start + count]) {
-            *nearest_m = nearest_m.min(range_m(direction_b));
-        }
+    fn cast(&mut self, pose_wb: Pose, scenery: &impl Scenery) {
+        let at_w = pose_wb.transform(self.mount.position());
+        let pose_ws = Pose::new(at_w.x, at_w.y, pose_wb.yaw_rad + self.mount.yaw_rad);
+        scenery.sight().draw(pose_ws, &mut self.depth);
+        let mut bodies = Bodies::new(pose_ws);
+        let depth = &mut self.depth;
+        scenery.bodies_near(at_w, self.params.range_m_max, &mut |body| bodies.see(body, depth));
+        bodies.finish(depth);
     }
 
     /// What the sensor makes of a beam's true range.
-    fn reading(&mut self, index: usize) -> Beam {
-        let LidarParams { range_m_min, range_m_max, range_noise_m, beam_dropout, .. } = self.params;
-        if beam_dropout > 0.0 && self.rng.random::<f64>() < beam_dropout {
+    fn reading(&self, draws: Draws, beam: usize) -> Beam {
+        let LidarParams { range_m_min, range_m_max, range_noise_m, beam_dropout, range_step_m, .. } = self.params;
+        let nth = beam as u64;
+        if beam_dropout > 0.0 && draws.uniform(!nth) < beam_dropout {
             return Beam::Unknown;
         }
-        let range_m = self.depth.range_m[index];
+        let range_m = self.depth.range_of(beam);
         if range_m > range_m_max {
             return Beam::Clear;
         }
         if range_m < range_m_min {
             return Beam::Unknown;
         }
-        let noise_m = if range_noise_m > 0.0 { range_noise_m * normal(&mut self.rng) } else { 0.0 };
-        Beam::Hit((range_m + noise_m).clamp(range_m_min, range_m_max))
+        let noise_m = if range_noise_m > 0.0 { range_noise_m * draws.roughly_normal(nth) } else { 0.0 };
+        let measured_m = range_m + noise_m;
+        let stepped_m = if range_step_m > 0.0 { (measured_m / range_step_m).round() * range_step_m } else { measured_m };
+        Beam::Hit(stepped_m.clamp(range_m_min, range_m_max))
+    }
+}
+
+/// Other bodies on their way into the buffer, in lanes.
+struct Bodies {
+    origin_w: Vec2,
+    heading: Vec2,
+    count: usize,
+    px: [f32; LANES],
+    py: [f32; LANES],
+    radius: [f32; LANES],
+}
+
+impl Bodies {
+    fn new(pose_ws: Pose) -> Self {
+        let empty = [0.0; LANES];
+        let (origin_w, heading) = (pose_ws.position(), pose_ws.heading());
+        Self { origin_w, heading, count: 0, px: empty, py: empty, radius: empty }
+    }
+
+    fn to_sensor(&self, place_w: Vec2) -> [f32; 2] {
+        let (d, h) = (place_w - self.origin_w, self.heading);
+        [(h.x * d.x + h.y * d.y) as f32, (h.x * d.y - h.y * d.x) as f32]
+    }
+
+    fn see(&mut self, body: Silhouette<'_>, depth: &mut DepthBuffer) {
+        match body {
+            Silhouette::Disc(disc) => {
+                [self.px[self.count], self.py[self.count]] = self.to_sensor(disc.centre_w);
+                self.radius[self.count] = disc.radius_m as f32;
+                self.count += 1;
+                if self.count == LANES {
+                    depth.draw_discs([&self.px, &self.py, &self.radius]);
+                    self.count = 0;
+                }
+            }
+            Silhouette::Outline(corners_b, pose_wb) => self.draw_outline(corners_b, pose_wb, depth),
+        }
+    }
+
+    /// An outline's free side is outside: its corners are taken clockwise.
+    fn draw_outline(&self, corners_b: &[Vec2], pose_wb: Pose, depth: &mut DepthBuffer) {
+        let frame = pose_wb.isometry();
+        let corner = |index: usize| {
+            let corner_b = corners_b[corners_b.len() - 1 - index % corners_b.len()];
+            self.to_sensor((frame * nalgebra::Point2::from(corner_b)).coords)
+        };
+        let edges: Vec<([f32; 2], [f32; 2])> = (0..corners_b.len()).map(|i| (corner(i), corner(i + 1))).collect();
+        for edges in edges.chunks(LANES) {
+            let (mut ax, mut ay, mut ex, mut ey) = ([0.0; LANES], [0.0; LANES], [0.0; LANES], [0.0; LANES]);
+            for (i, (from, to)) in edges.iter().enumerate() {
+                (ax[i], ay[i]) = (from[0], from[1]);
+                (ex[i], ey[i]) = (to[0] - from[0], to[1] - from[1]);
+            }
+            depth.draw_walls([&ax, &ay, &ex, &ey]);
+        }
+    }
+
+    fn finish(mut self, depth: &mut DepthBuffer) {
+        self.radius[self.count..].fill(0.0);
+        depth.draw_discs([&self.px, &self.py, &self.radius]);
     }
 }
 

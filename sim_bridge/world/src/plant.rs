@@ -5,10 +5,8 @@
 //! its body and speaks.
 
 use crate::arena::{Arena, BodySpec};
-use crate::body::BodyParams;
 use crate::fault::Fault;
 use crate::firmware::PeerKey;
-use crate::lidar::LidarParams;
 use crate::station::Station;
 use drover_config::{Robot, Swarm};
 use drover_contract::{CanFrame, Pose, Stamp, Twist};
@@ -86,7 +84,7 @@ impl Plant {
     /// A swarm's bodies at rest on their start poses, and all firmware switched on at `now`.
     #[must_use]
     pub fn new(swarm: &Swarm, now: Stamp) -> Self {
-        let bodies: Vec<BodySpec> = swarm.robots.iter().map(|robot| body_spec(swarm, robot)).collect();
+        let bodies: Vec<BodySpec> = BodySpec::all_of(swarm);
         let station = |robot: &Robot| Station::new(swarm.kind_of(robot), robot.id, swarm.seed, now);
         Self {
             arena: Arena::new(&swarm.world, &bodies, swarm.seed),
@@ -199,16 +197,6 @@ impl Plant {
                 self.outputs.push_back(Output { robot, port, to, packet });
             }
         }
-    }
-}
-
-fn body_spec(swarm: &Swarm, robot: &Robot) -> BodySpec {
-    let kind = swarm.kind_of(robot);
-    BodySpec {
-        key: u64::from(robot.id),
-        start: Pose::new(robot.start.x_m, robot.start.y_m, robot.start.yaw_rad),
-        body: BodyParams::of(kind),
-        lidar: LidarParams::of(kind),
     }
 }
 
