@@ -22,5 +22,6 @@ mod testing;
 
 pub use law::diffuse;
 pub use node::Node;
+pub use peers::Roster;
 pub use status::{Counters, Status};
 pub use supervisor::{Reason, StopReason, Verdict};

@@ -5,19 +5,23 @@ use crate::estimate::{Estimate, Motion};
 use crate::law::{Law, Outcome, View};
 use crate::limit::limit;
 use crate::mailbox::Mailbox;
-use crate::peers::{Body, Peers};
-use crate::sight::{Surroundings, nearest_wall, surroundings};
+use crate::peers::{Body, Neighbour, Peers, Roster};
+use crate::sight::{Matches, Surroundings};
 use crate::status::{Counters, Status};
 use crate::supervisor::conditions::{Ages, RequestFact};
-use crate::supervisor::{Conditions, GuardParams, Obstacles, Reason, StopReason, Supervisor, Verdict};
-use drover_config::{Drive, RobotFile, Timeouts};
+use crate::supervisor::{self, Conditions, GuardParams, Obstacles, Reason, StopReason, Supervisor, Verdict};
+use drover_config::{Drive, Mount, RobotFile, Timeouts};
 use drover_contract::{
     Beacon, BehaviourState, DriveState, Event, Limits, Pose, RobotId, SafeCommand, Scan, Stamp, Twist,
 };
+use std::sync::Arc;
 use std::time::Duration;
 
 /// From a measurement to wheels that obey it, beside the tick: sensor, links and drive, seconds.
 const LATENCY_S: f64 = 0.1;
+
+/// What matching hits to bodies allows beside their bounds, and rounding, metres.
+const BODY_SLACK_M: f64 = 1.0;
 
 /// One robot's controller.
 ///
@@ -41,13 +45,33 @@ pub struct Node {
     law: Law,
     supervisor: Supervisor,
     guard: GuardParams,
+    /// Where the lidar sits on the body.
+    mount: Pose,
+    scene: Scene,
     status: Status,
+}
+
+/// What a tick works on; the lists are kept from tick to tick for their memory.
+#[derive(Clone, Debug, Default)]
+struct Scene {
+    seen: Surroundings,
+    bodies: Vec<Body>,
+    matches: Matches,
+    neighbours: Vec<Neighbour>,
+    obstacles: Obstacles,
 }
 
 impl Node {
     /// The robot of `file`, in its life `epoch` (greater after every restart), starting now.
     #[must_use]
     pub fn new(file: &RobotFile, epoch: u32, now: Stamp) -> Self {
+        let peers = file.peers.iter().map(|peer| (RobotId(peer.id), peer.radius_m));
+        Self::in_swarm(file, Arc::new(Roster::new(peers)), epoch, now)
+    }
+
+    /// The same for one of many robots in a process, which share the list of all of them; `file.peers` is not read.
+    #[must_use]
+    pub fn in_swarm(file: &RobotFile, roster: Arc<Roster>, epoch: u32, now: Stamp) -> Self {
         let id = RobotId(file.robot.id);
         let timeouts = file.kind.timeouts;
         let tick = Duration::from_millis(u64::from(timeouts.tick_ms));
@@ -67,10 +91,12 @@ impl Node {
             cadence: Cadence::new(tick, now),
             mailbox: Mailbox::default(),
             estimate: Estimate::new(start_wb, file.kind.body.track_m),
-            peers: Peers::new(id, &file.peers, peer_timeout),
+            peers: Peers::new(id, roster, peer_timeout),
             law: Law::new(id, &file.behaviour),
             supervisor: Supervisor::new(guard),
             guard,
+            mount: mount_of(&file.kind.lidar.mount),
+            scene: Scene::default(),
             status: first_status(now, start_wb),
         }
     }
@@ -106,14 +132,17 @@ impl Node {
     pub fn tick(&mut self, now: Stamp) -> SafeCommand {
         let beat = self.cadence.beat(now);
         let motion = self.estimate.motion(now);
-        let bodies = self.peers.bodies(now);
-        let seen = self.mailbox.scan.as_ref().map(|scan| surroundings(scan, &motion, now)).unwrap_or_default();
+        let mut scene = std::mem::take(&mut self.scene);
+        self.look_around(now, &motion, &mut scene);
         let mut facts = self.sense(now, beat);
-        let request = if facts.fit() { self.ask(now, beat, &seen, &bodies) } else { Err("not fit to move") };
+        let request = if facts.fit() { self.ask(now, beat, &mut scene) } else { Err("not fit to move") };
         facts.request = RequestFact::of(request);
         let unheard = self.peers.heard(now) < self.peers.known();
-        let obstacles = Obstacles::new(&seen, &motion, &bodies, self.guard.keep_m(), unheard);
-        let decision = self.supervisor.tick(&facts, request.ok(), motion.twist_b, &obstacles);
+        let Scene { seen, bodies, matches, obstacles, .. } = &mut scene;
+        let peers = supervisor::Peers { bodies, matches, own_bound_m: motion.pos_bound_m };
+        obstacles.fill(seen, &peers, self.guard.keep_m(), unheard);
+        let decision = self.supervisor.tick(&facts, request.ok(), motion.twist_b, &scene.obstacles);
+        self.scene = scene;
         if decision.command.is_stop() {
             // After a stop the law starts anew: nothing of the motion before is carried into the next command.
             self.law.halt();
@@ -138,13 +167,36 @@ impl Node {
         Ages { scan: self.mailbox.scan_age(now), odometry, pose }
     }
 
+    /// The scan of now, and the bodies that are in it or within reach.
+    fn look_around(&self, now: Stamp, motion: &Motion, scene: &mut Scene) {
+        let Scene { seen, bodies, matches, .. } = scene;
+        let sight_m = match &self.mailbox.scan {
+            Some(scan) => {
+                seen.look(scan, self.mount, motion, now);
+                scan.range_m_max + self.mount.position().norm()
+            }
+            None => {
+                seen.clear();
+                0.0
+            }
+        };
+        // A peer may use half of the gap: one that limits us within our reach is no farther than twice that.
+        let range_m = sight_m.max(2.0 * self.guard.reach_m_max() + self.guard.keep_m()) + BODY_SLACK_M;
+        bodies.clear();
+        bodies.extend(self.peers.bodies(now, motion.pose_wb.position(), range_m + motion.pos_bound_m));
+        matches.find(seen, motion, bodies);
+    }
+
     /// What the law wishes, limited; or why there is no wish.
-    fn ask(&mut self, now: Stamp, beat: Beat, seen: &Surroundings, bodies: &[Body]) -> Result<Twist, &'static str> {
+    fn ask(&mut self, now: Stamp, beat: Beat, scene: &mut Scene) -> Result<Twist, &'static str> {
         let motion = self.estimate.motion(now);
-        let neighbours = self.peers.followable(now);
-        let wall_b = nearest_wall(seen, &motion, bodies, self.law.reference_b());
-        let (points_b, limits) = (seen.points_b.as_slice(), &self.limits);
-        let view = View { now, dt_s: beat.dt_s, motion, neighbours: &neighbours, wall_b, points_b, limits };
+        scene.neighbours.clear();
+        if self.law.asks_for_peers() {
+            scene.neighbours.extend(self.peers.followable(now));
+        }
+        let wall_b = scene.matches.nearest_wall(&scene.seen, self.law.reference_b());
+        let (points_b, neighbours) = (scene.seen.points_b.as_slice(), scene.neighbours.as_slice());
+        let view = View { now, dt_s: beat.dt_s, motion, neighbours, wall_b, points_b, limits: &self.limits };
         match self.law.step(&view) {
             Outcome::Solved(wish) => Ok(limit(wish, self.supervisor.before(), &self.limits, beat.dt_s)),
             Outcome::Stale(why) => Err(why),
@@ -214,6 +266,15 @@ impl Node {
         &self.status
     }
 
+    /// Heap bytes held, about: the scan, what a tick works on, the peers.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let points = self.scene.seen.points_b.capacity() * 2 * size_of::<f64>();
+        let beams = self.mailbox.scan.as_ref().map_or(0, |scan| scan.beams.capacity() * size_of::<drover_contract::Beam>());
+        // Points are held three times (seen, obstacles, the guard's), rays once.
+        beams + 4 * points + self.scene.bodies.capacity() * size_of::<Body>() + self.peers.bytes()
+    }
+
     /// Whether the next tick is due.
     #[must_use]
     pub fn tick_due(&self, now: Stamp) -> bool {
@@ -226,6 +287,10 @@ impl Node {
         let tick = self.cadence.due();
         if self.beacon_due < tick { (self.beacon_due, "beacon") } else { (tick, "tick") }
     }
+}
+
+fn mount_of(mount: &Mount) -> Pose {
+    Pose::new(mount.x_m, mount.y_m, mount.yaw_rad)
 }
 
 fn guard_params(file: &RobotFile, tick: Duration) -> GuardParams {

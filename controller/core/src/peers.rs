@@ -16,6 +16,7 @@
 use drover_contract::{Beacon, BehaviourState, Pose, RobotId, Stamp, Twist, Vec2};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// How hard a peer may change its velocity without our knowing, m/s^2.
@@ -73,34 +74,55 @@ struct Record {
     offset_us: i64,
     /// What this beacon took beyond the quickest.
     delay: Duration,
+    /// Of the peer's body, as the file says, metres.
+    radius_m: f64,
+}
+
+/// All robots of a swarm with their bodies' radii, metres: one list for all robots of a process.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Roster {
+    radius_m: BTreeMap<RobotId, f64>,
+}
+
+impl Roster {
+    /// The robots with these ids and radii, metres.
+    #[must_use]
+    pub fn new(robots: impl IntoIterator<Item = (RobotId, f64)>) -> Self {
+        Self { radius_m: robots.into_iter().collect() }
+    }
 }
 
 /// The ageing table.
 #[derive(Clone, Debug)]
 pub(crate) struct Peers {
     own: RobotId,
-    known: BTreeMap<RobotId, f64>,
-    table: BTreeMap<RobotId, Record>,
+    roster: Arc<Roster>,
+    /// Sorted by id.
+    table: Vec<Record>,
     timeout: Duration,
     counts: BeaconCounts,
 }
 
 impl Peers {
-    /// A table for robot `own`, which knows `peers` with their radii and follows none silent for `timeout`.
-    pub(crate) fn new(own: RobotId, peers: &[drover_config::Peer], timeout: Duration) -> Self {
-        let known = peers.iter().map(|peer| (RobotId(peer.id), peer.radius_m)).collect();
-        Self { own, known, table: BTreeMap::new(), timeout, counts: BeaconCounts::default() }
+    /// A table for robot `own`, which knows the others of `roster` and follows none silent for `timeout`.
+    pub(crate) fn new(own: RobotId, roster: Arc<Roster>, timeout: Duration) -> Self {
+        Self { own, roster, table: Vec::new(), timeout, counts: BeaconCounts::default() }
     }
 
     /// Takes `beacon` if it is a known peer's and newer than what is held; else counts why not.
     pub(crate) fn handle_beacon(&mut self, now: Stamp, beacon: &Beacon) {
-        let held = self.table.get(&beacon.robot);
+        let place = self.table.binary_search_by_key(&beacon.robot, |record| record.beacon.robot);
+        let held = place.ok().map(|at| &self.table[at]);
         match self.judge(beacon, held) {
             Intake::Take => {
                 self.counts.taken += 1;
                 let life = held.filter(|held| held.beacon.epoch == beacon.epoch);
-                let record = Record::new(now, beacon, life);
-                self.table.insert(beacon.robot, record);
+                let mut record = Record::new(now, beacon, life);
+                record.radius_m = held.map_or_else(|| self.radius_m(beacon.robot), |held| held.radius_m);
+                match place {
+                    Ok(at) => self.table[at] = record,
+                    Err(at) => self.table.insert(at, record),
+                }
             }
             Intake::Old => self.counts.old += 1,
             Intake::Duplicate => self.counts.duplicate += 1,
@@ -114,7 +136,7 @@ impl Peers {
         let order = held.map(|held| (beacon.epoch, beacon.seq).cmp(&(held.beacon.epoch, held.beacon.seq)));
         if beacon.robot == self.own {
             Intake::Own
-        } else if !self.known.contains_key(&beacon.robot) {
+        } else if held.is_none() && !self.roster.radius_m.contains_key(&beacon.robot) {
             Intake::Unknown
         } else if !plausible(beacon) {
             Intake::Malformed
@@ -128,21 +150,30 @@ impl Peers {
     }
 
     /// The peers that a law may follow now, sorted by id, carried forward to now.
-    pub(crate) fn followable(&self, now: Stamp) -> Vec<Neighbour> {
-        let fresh = self.table.iter().filter(|(_, record)| record.age(now) <= self.timeout);
-        fresh.map(|(id, record)| record.neighbour(*id, self.pose_wb(record, now))).collect()
+    pub(crate) fn followable(&self, now: Stamp) -> impl Iterator<Item = Neighbour> + '_ {
+        let fresh = self.table.iter().filter(move |record| record.age(now) <= self.timeout);
+        fresh.map(move |record| record.neighbour(self.pose_wb(record, now)))
     }
 
-    /// Every body ever heard of, sorted by id, whatever its state.
-    pub(crate) fn bodies(&self, now: Stamp) -> Vec<Body> {
-        self.table.iter().map(|(id, record)| self.body(*id, record, now)).collect()
+    /// Every body ever heard of, sorted by id, whatever its state; but for those that are surely farther than `range_m`
+    /// from `centre_w` with all of their bound.
+    pub(crate) fn bodies(&self, now: Stamp, centre_w: Vec2, range_m: f64) -> impl Iterator<Item = Body> + '_ {
+        let near = self.table.iter().filter(move |record| self.least_m(record, now, centre_w) <= range_m);
+        near.map(move |record| self.body(record, now))
     }
 
-    fn body(&self, id: RobotId, record: &Record, now: Stamp) -> Body {
-        let configured_m = self.known.get(&id).copied().unwrap_or(0.0);
+    /// A body of `record` is no nearer to a place than this, metres; cheaper than where exactly it is.
+    fn least_m(&self, record: &Record, now: Stamp, centre_w: Vec2) -> f64 {
+        let apart_m = (record.beacon.pose_wb.position() - centre_w).norm();
+        let way_m = record.beacon.twist_b.speed_mps.abs() * self.timeout.as_secs_f64();
+        let widest_m = record.beacon.radius_m.max(record.radius_m) + record.beacon.pos_bound_m + record.reach_m(now);
+        apart_m - way_m - widest_m
+    }
+
+    fn body(&self, record: &Record, now: Stamp) -> Body {
         Body {
             pos_w: self.pose_wb(record, now).position(),
-            radius_m: record.beacon.radius_m.max(configured_m),
+            radius_m: record.beacon.radius_m.max(record.radius_m),
             bound_m: record.beacon.pos_bound_m + record.reach_m(now),
         }
     }
@@ -152,14 +183,23 @@ impl Peers {
         record.beacon.pose_wb.advance(record.beacon.twist_b, ahead.as_secs_f64())
     }
 
+    fn radius_m(&self, id: RobotId) -> f64 {
+        self.roster.radius_m.get(&id).copied().unwrap_or(0.0)
+    }
+
     /// How many peers were heard within the timeout.
     pub(crate) fn heard(&self, now: Stamp) -> usize {
-        self.table.values().filter(|record| record.age(now) <= self.timeout).count()
+        self.table.iter().filter(|record| record.age(now) <= self.timeout).count()
     }
 
     /// How many peers the swarm has.
     pub(crate) fn known(&self) -> usize {
-        self.known.len()
+        self.roster.radius_m.len() - usize::from(self.roster.radius_m.contains_key(&self.own))
+    }
+
+    /// Heap bytes held, the roster's apart.
+    pub(crate) fn bytes(&self) -> usize {
+        self.table.capacity() * size_of::<Record>()
     }
 
     pub(crate) fn counts(&self) -> BeaconCounts {
@@ -186,7 +226,7 @@ impl Record {
             transit_us.min(life.offset_us.saturating_add(drift_us as i64))
         });
         let delay_us = transit_us.saturating_sub(offset_us).max(0) as u64;
-        Self { beacon: *beacon, received: now, offset_us, delay: Duration::from_micros(delay_us) }
+        Self { beacon: *beacon, received: now, offset_us, delay: Duration::from_micros(delay_us), radius_m: 0.0 }
     }
 
     fn age(&self, now: Stamp) -> Duration {
@@ -199,8 +239,8 @@ impl Record {
         if age_s > SILENT_S { 0.0 } else { (A_UNSEEN_MPS2 * age_s * age_s / 2.0).min(REACH_M_MAX) }
     }
 
-    fn neighbour(&self, id: RobotId, pose_wb: Pose) -> Neighbour {
-        let Beacon { twist_b, accel_mps2, state, .. } = self.beacon;
+    fn neighbour(&self, pose_wb: Pose) -> Neighbour {
+        let Beacon { robot: id, twist_b, accel_mps2, state, .. } = self.beacon;
         Neighbour { id, pose_wb, twist_b, accel_mps2, state }
     }
 }

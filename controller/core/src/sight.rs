@@ -4,8 +4,11 @@
 
 use crate::estimate::Motion;
 use crate::peers::Body;
+use drover_contract::math::{asin, atan2, sin_cos};
 use drover_contract::{Beam, Pose, Scan, Stamp, Vec2};
+use nalgebra::{Isometry2, Point2};
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 /// A hit is a peer's if it lies this close to where its disc should be, metres, beside what the bounds allow.
 const MATCH_SLACK_M: f64 = 0.15;
@@ -13,38 +16,112 @@ const MATCH_SLACK_M: f64 = 0.15;
 const MATCH_BOUND_M_MAX: f64 = 0.4;
 /// That many unknown beams side by side are a blind spot; fewer take the nearer of their two neighbours.
 const BLIND_RUN: usize = 3;
+/// Beams that are looked at to either side of where a body can be: rounding must not cost a match.
+const MATCH_BEAMS: f64 = 0.01;
 
-/// What is around the body now, in the body frame of now.
+/// What is around the body now, in the body frame of now. Its lists are kept from tick to tick.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Surroundings {
     /// Every hit, walls and peers alike, and what stands for dropped-out beams.
     pub(crate) points_b: Vec<Vec2>,
     /// Directions of blind spots, unit vectors.
     pub(crate) blind_b: Vec<Vec2>,
+    /// Of each point the beam that it lies on, ascending.
+    beams: Vec<u32>,
+    /// The sensor of the scan, in the body frame of now.
+    sensor_b: Isometry2<f64>,
+    rays: Rays,
+    /// Farther than this the scan shows nothing, metres.
+    range_m_max: f64,
+}
+
+/// Directions of a scan's beams, sensor frame: scans of one sensor are alike, and sines are dear.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Rays {
+    first_rad: f64,
+    step_rad: f64,
+    units: Vec<Vec2>,
+}
+
+impl Rays {
+    fn fit(&mut self, scan: &Scan, count: usize) {
+        let (first_rad, step_rad) = (scan.angle_first_rad, scan.angle_step_rad);
+        let same = self.units.len() == count
+            && self.first_rad.to_bits() == first_rad.to_bits()
+            && self.step_rad.to_bits() == step_rad.to_bits();
+        if !same {
+            let unit = |index: usize| {
+                let (sin, cos) = sin_cos(scan.angle_rad(index));
+                Vec2::new(cos, sin)
+            };
+            *self = Self { first_rad, step_rad, units: (0..count).map(unit).collect() };
+        }
+    }
+
+    /// The beams that may point into the angles `middle_rad +- half_rad`, in up to three runs.
+    fn within(&self, middle_rad: f64, half_rad: f64) -> [Range<f64>; 3] {
+        let turn = TAU / self.step_rad.abs();
+        let middle = (middle_rad - self.first_rad) / self.step_rad;
+        let half = half_rad / self.step_rad.abs() + MATCH_BEAMS;
+        // The middle is within a turn of the first beam either way, so the beams are within a turn of it either way.
+        let whole = 2.0 * half >= turn || self.units.len() as f64 > turn + 1.0;
+        if whole {
+            return [0.0..f64::INFINITY, 0.0..0.0, 0.0..0.0];
+        }
+        let middle = middle - (middle / turn).floor() * turn;
+        [-1.0, 0.0, 1.0].map(|turns| middle + turns * turn - half..middle + turns * turn + half)
+    }
+}
+
+impl Surroundings {
+    /// The raw scan as the supervisor sees it: taken by a sensor at `mount` (body frame).
+    pub(crate) fn look(&mut self, scan: &Scan, mount: Pose, motion: &Motion, now: Stamp) {
+        let then = then_in_now(motion, scan.stamp, now).isometry();
+        let count = full_turn(scan);
+        self.rays.fit(scan, count);
+        self.sensor_b = then * mount.isometry();
+        self.range_m_max = scan.range_m_max;
+        self.clear();
+        for index in 0..count {
+            match beam(scan, index) {
+                Beam::Hit(range_m) => self.put(index, range_m),
+                Beam::Clear => {}
+                Beam::Unknown if unknown_run(scan, index, count) >= BLIND_RUN => {
+                    self.blind_b.push(self.sensor_b.rotation * self.rays.units[index]);
+                }
+                Beam::Unknown => {
+                    if let Some(range_m) = stand_in(scan, index, count) {
+                        self.put(index, range_m);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Nothing is seen.
+    pub(crate) fn clear(&mut self) {
+        self.points_b.clear();
+        self.blind_b.clear();
+        self.beams.clear();
+    }
+
+    fn put(&mut self, beam: usize, range_m: f64) {
+        let point_b = self.sensor_b * Point2::from(self.rays.units[beam] * range_m);
+        self.points_b.push(point_b.coords);
+        self.beams.push(beam as u32);
+    }
+
+    /// The points (by index) on the beams of a run.
+    fn points_on(&self, beams: Range<f64>) -> Range<usize> {
+        let first = self.beams.partition_point(|beam| f64::from(*beam) < beams.start);
+        first..self.beams.partition_point(|beam| f64::from(*beam) < beams.end).max(first)
+    }
 }
 
 /// How the body moved since `stamp`: the body of then in the body frame of now, by the measured velocity.
 fn then_in_now(motion: &Motion, stamp: Stamp, now: Stamp) -> Pose {
     let back_s = now.since(stamp).as_secs_f64().min(0.5);
     Pose::default().advance(motion.twist_b, -back_s)
-}
-
-/// The raw scan as the supervisor sees it.
-pub(crate) fn surroundings(scan: &Scan, motion: &Motion, now: Stamp) -> Surroundings {
-    let then = then_in_now(motion, scan.stamp, now);
-    let mut seen = Surroundings::default();
-    let count = full_turn(scan);
-    for index in 0..count {
-        let (sin, cos) = scan.angle_rad(index).sin_cos();
-        let ray = Vec2::new(cos, sin);
-        match beam(scan, index) {
-            Beam::Hit(range_m) => seen.points_b.push(then.transform(ray * range_m)),
-            Beam::Clear => {}
-            Beam::Unknown if unknown_run(scan, index, count) >= BLIND_RUN => seen.blind_b.push(then.rotate(ray)),
-            Beam::Unknown => seen.points_b.extend(stand_in(scan, index, count).map(|r| then.transform(ray * r))),
-        }
-    }
-    seen
 }
 
 /// Beams of a full turn; those that the scan does not have are unknown.
@@ -81,38 +158,129 @@ fn stand_in(scan: &Scan, index: usize, count: usize) -> Option<f64> {
     }
 }
 
-/// Whether a point of the world may be on `body`, given how well both robots know where they are.
-pub(crate) fn on_body(pos_w: Vec2, body: &Body, own_bound_m: f64) -> bool {
-    let slack_m = MATCH_SLACK_M + (body.bound_m + own_bound_m).min(MATCH_BOUND_M_MAX);
-    (pos_w - body.pos_w).norm() <= body.radius_m + slack_m
+/// Which hits are peers' bodies. Its lists are kept from tick to tick.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Matches {
+    /// Of each point whether it may be on a body.
+    on_body: Vec<bool>,
+    /// Of each body where it is, body frame, and the nearest hit that may be on it.
+    pub(crate) bodies: Vec<(Vec2, Option<Vec2>)>,
 }
 
-/// The nearest hit that is not a peer's, in the body frame of now: what laws take for walls.
-pub(crate) fn nearest_wall(seen: &Surroundings, motion: &Motion, bodies: &[Body], from_b: Vec2) -> Option<Vec2> {
-    let is_wall = |point: &&Vec2| {
-        let pos_w = motion.pose_wb.transform(**point);
-        !bodies.iter().any(|body| on_body(pos_w, body, motion.pos_bound_m))
-    };
-    let walls = seen.points_b.iter().filter(is_wall);
-    walls.min_by(|a, b| (**a - from_b).norm_squared().total_cmp(&(**b - from_b).norm_squared())).copied()
+impl Matches {
+    /// Match every hit with every body that it may be on, given how well both robots know where they are.
+    pub(crate) fn find(&mut self, seen: &Surroundings, motion: &Motion, bodies: &[Body]) {
+        self.on_body.clear();
+        self.on_body.resize(seen.points_b.len(), false);
+        self.bodies.clear();
+        let world_b = motion.pose_wb.isometry().inverse();
+        for body in bodies {
+            let centre_b = (world_b * Point2::from(body.pos_w)).coords;
+            let slack_m = MATCH_SLACK_M + (body.bound_m + motion.pos_bound_m).min(MATCH_BOUND_M_MAX);
+            let nearest_b = self.take(seen, centre_b, body.radius_m + slack_m);
+            self.bodies.push((centre_b, nearest_b));
+        }
+    }
+
+    /// Mark all points within `within_m` of a centre; the one nearest to us. Only beams that point there are looked at.
+    fn take(&mut self, seen: &Surroundings, centre_b: Vec2, within_m: f64) -> Option<Vec2> {
+        let centre_s = seen.sensor_b.inverse_transform_point(&Point2::from(centre_b)).coords;
+        let apart_m = centre_s.norm();
+        if apart_m - within_m > seen.range_m_max {
+            return None;
+        }
+        let runs = if apart_m > within_m {
+            seen.rays.within(atan2(centre_s.y, centre_s.x), asin(within_m / apart_m))
+        } else {
+            [0.0..f64::INFINITY, 0.0..0.0, 0.0..0.0]
+        };
+        let mut nearest_b: Option<Vec2> = None;
+        for index in runs.into_iter().flat_map(|run| seen.points_on(run)) {
+            let point_b = seen.points_b[index];
+            if (point_b - centre_b).norm_squared() <= within_m * within_m {
+                self.on_body[index] = true;
+                let nearer = nearest_b.is_none_or(|nearest_b| point_b.norm_squared() < nearest_b.norm_squared());
+                nearest_b = if nearer { Some(point_b) } else { nearest_b };
+            }
+        }
+        nearest_b
+    }
+
+    /// The nearest hit that is not a peer's, in the body frame of now: what laws take for walls.
+    pub(crate) fn nearest_wall(&self, seen: &Surroundings, from_b: Vec2) -> Option<Vec2> {
+        let walls = seen.points_b.iter().zip(&self.on_body).filter(|(_, on_body)| !**on_body).map(|(point_b, _)| point_b);
+        walls.min_by(|a, b| (**a - from_b).norm_squared().total_cmp(&(**b - from_b).norm_squared())).copied()
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use drover_contract::{Pose, Twist};
+    use proptest::prelude::*;
+
+    /// A scan of 72 beams, clear but for hits: (beam, range).
+    fn scan(hits: &[(usize, f64)]) -> Scan {
+        let mut beams = vec![Beam::Clear; 72];
+        hits.iter().for_each(|(beam, range_m)| beams[*beam] = Beam::Hit(*range_m));
+        let step = TAU / 72.0;
+        Scan { stamp: Stamp::ZERO, angle_first_rad: 0.0, angle_step_rad: step, range_m_min: 0.1, range_m_max: 8.0, beams }
+    }
+
+    fn standing(pose_wb: Pose) -> Motion {
+        Motion { pose_wb, twist_b: Twist::ZERO, accel_mps2: 0.0, pos_bound_m: 0.05 }
+    }
+
+    fn nearest_wall(hits: &[(usize, f64)], motion: &Motion, bodies: &[Body]) -> Option<Vec2> {
+        let mut seen = Surroundings::default();
+        seen.look(&scan(hits), Pose::default(), motion, Stamp::ZERO);
+        let mut matches = Matches::default();
+        matches.find(&seen, motion, bodies);
+        matches.nearest_wall(&seen, Vec2::zeros())
+    }
 
     #[test]
     fn a_peers_body_is_no_wall_and_what_stands_behind_it_is() {
-        let pose_wb = Pose::new(10.0, 5.0, std::f64::consts::FRAC_PI_2);
-        let motion = Motion { pose_wb, twist_b: Twist::ZERO, accel_mps2: 0.0, pos_bound_m: 0.05 };
+        let motion = standing(Pose::new(10.0, 5.0, std::f64::consts::FRAC_PI_2));
         // Ahead of the body is north: a peer 2 m ahead, whose near side is seen, and a wall 4 m to the left.
-        let (peer_side_b, wall_b) = (Vec2::new(1.6, 0.0), Vec2::new(0.0, 4.0));
-        let seen = Surroundings { points_b: vec![peer_side_b, wall_b], ..Surroundings::default() };
+        let hits = [(0, 1.6), (18, 4.0)];
+        let at = |place: Option<Vec2>, x: f64, y: f64| place.is_some_and(|place| (place - Vec2::new(x, y)).norm() < 1e-9);
         let peer = Body { pos_w: Vec2::new(10.0, 7.0), radius_m: 0.4, bound_m: 0.05 };
-        assert_eq!(nearest_wall(&seen, &motion, &[peer], Vec2::zeros()), Some(wall_b));
-        assert_eq!(nearest_wall(&seen, &motion, &[], Vec2::zeros()), Some(peer_side_b));
+        assert!(at(nearest_wall(&hits, &motion, &[peer]), 0.0, 4.0));
+        assert!(at(nearest_wall(&hits, &motion, &[]), 1.6, 0.0));
         let elsewhere = Body { pos_w: Vec2::new(10.0, 9.0), ..peer };
-        assert_eq!(nearest_wall(&seen, &motion, &[elsewhere], Vec2::zeros()), Some(peer_side_b));
+        assert!(at(nearest_wall(&hits, &motion, &[elsewhere]), 1.6, 0.0));
+    }
+
+    #[test]
+    fn a_sensor_that_is_mounted_elsewhere_sees_from_there() {
+        let mut seen = Surroundings::default();
+        let mount = Pose::new(0.2, -0.1, std::f64::consts::PI);
+        seen.look(&scan(&[(0, 2.0)]), mount, &standing(Pose::default()), Stamp::ZERO);
+        assert!((seen.points_b[0] - Vec2::new(-1.8, -0.1)).norm() < 1e-9);
+    }
+
+    proptest! {
+        #[test]
+        fn looking_only_where_a_body_is_finds_every_hit_on_it(
+            ranges in prop::collection::vec(0.2..8.0f64, 72), turned in any::<bool>(), first_rad in -3.0..3.0f64,
+            (x, y, radius_m) in (-6.0..6.0f64, -6.0..6.0f64, 0.05..2.0f64), mount_yaw in -3.0..3.0f64,
+        ) {
+            let hits: Vec<(usize, f64)> = ranges.into_iter().enumerate().collect();
+            let mut scan = scan(&hits);
+            scan.angle_first_rad = first_rad;
+            scan.angle_step_rad *= if turned { -1.0 } else { 1.0 };
+            let motion = standing(Pose::new(0.3, 0.4, 0.5));
+            let mut seen = Surroundings::default();
+            seen.look(&scan, Pose::new(0.1, 0.2, mount_yaw), &motion, Stamp::ZERO);
+            let body = Body { pos_w: Vec2::new(x, y), radius_m, bound_m: 0.05 };
+            let mut matches = Matches::default();
+            matches.find(&seen, &motion, &[body]);
+            let near = |point_b: &Vec2| {
+                (motion.pose_wb.transform(*point_b) - body.pos_w).norm() <= radius_m + MATCH_SLACK_M + 0.1
+            };
+            let expected: Vec<bool> = seen.points_b.iter().map(near).collect();
+            prop_assert_eq!(matches.on_body, expected);
+        }
     }
 }

@@ -1,8 +1,10 @@
 //! Beacons between robots of one process: the same bytes as on the wire, through the modelled radio.
 
-use drover_contract::{Link, Stamp, Vec2};
+use drover_config::Swarm;
+use drover_contract::{Link, Stamp};
 use drover_io::MemoryLink;
-use drover_world::Radio;
+use drover_world::{Radio, Scene};
+use std::sync::Arc;
 
 /// Longest message on the beacon plane.
 const MESSAGE_BYTES: usize = 512;
@@ -11,14 +13,15 @@ const MESSAGES_PER_TURN: usize = 16;
 
 /// The space between the robots: takes what each sends and gives it to those who hear it.
 pub(crate) struct Ether {
-    radio: Radio,
+    radio: Radio<Arc<[u8]>>,
     ends: Vec<MemoryLink>,
 }
 
 impl Ether {
-    /// An ether over `radio`; `ends[i]` is the far end of robot i's beacon link.
-    pub(crate) fn new(radio: Radio, ends: Vec<MemoryLink>) -> Self {
-        Self { radio, ends }
+    /// A quiet ether with the swarm's radio; `ends[i]` is the far end of robot i's beacon link.
+    pub(crate) fn new(swarm: &Swarm, ends: Vec<MemoryLink>) -> Self {
+        let ids: Vec<u32> = swarm.robots.iter().map(|robot| robot.id).collect();
+        Self { radio: Radio::new(&swarm.radio, &ids, swarm.seed), ends }
     }
 
     /// Robot `index` has a new beacon link; what the old one held is lost.
@@ -26,18 +29,19 @@ impl Ether {
         self.ends[index] = end;
     }
 
-    /// Carry what was sent, with the bodies at `positions_w` (true positions, one a robot).
-    pub(crate) fn turn(&mut self, now: Stamp, positions_w: &[Vec2]) {
+    /// Carry what was sent, with the bodies where `scene` has them.
+    pub(crate) fn turn<S: Scene + ?Sized>(&mut self, now: Stamp, scene: &S) {
         let mut buf = [0; MESSAGE_BYTES];
         for from in 0..self.ends.len() {
             for _ in 0..MESSAGES_PER_TURN {
                 let Ok(Some(len)) = self.ends[from].try_recv(&mut buf) else { break };
-                self.radio.broadcast(now, from, positions_w, &buf[..len]);
+                self.radio.broadcast(now, from, scene, buf[..len].into());
             }
         }
-        while let Some((to, bytes)) = self.radio.poll(now) {
+        let ends = &mut self.ends;
+        self.radio.deliver(now, |to, _, bytes| {
             // A robot that has gone hears nothing; that is its business and not the ether's.
-            let _ = self.ends[to].send(&bytes);
-        }
+            let _ = ends[to].send(bytes);
+        });
     }
 }

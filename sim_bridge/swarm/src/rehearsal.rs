@@ -11,7 +11,7 @@ use drover_config::{Links, Swarm};
 use drover_contract::{CanBus, Clock, Link, Stamp};
 use drover_io::{ManualClock, MemoryBus, MemoryLink, MemoryNode, OpenError, Recorder, memory_link};
 use drover_robot::{Assembly, Hardware, RobotLoop, StopReason, View, assemble};
-use drover_world::{Packet, PeerKey, Plant, Port, Radio};
+use drover_world::{Packet, PeerKey, Plant, Port};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -61,7 +61,7 @@ impl VirtualSwarm {
         Ok(Self {
             step: Duration::from_millis(u64::from(swarm.step_ms)),
             plant: Plant::new(swarm, Stamp::ZERO),
-            ether: Ether::new(Radio::new(swarm.radio.clone(), swarm.seed), far_beacons),
+            ether: Ether::new(swarm, far_beacons),
             epochs: vec![FIRST_EPOCH; robots.len()],
             tallies: vec![Tally::default(); robots.len()],
             swarm: swarm.clone(),
@@ -128,7 +128,7 @@ impl VirtualSwarm {
         self.deliver_to_plant(now);
         let positions_w: Vec<_> =
             (0..self.far_ends.len()).map(|index| self.plant.truth(index).pose_wb.position()).collect();
-        self.ether.turn(now, &positions_w);
+        self.ether.turn(now, &positions_w[..]);
         self.tally(now);
     }
 

@@ -6,7 +6,6 @@ use drover_config::RobotFile;
 use drover_contract::{Clock, Link};
 use drover_io::{MemoryLink, OpenError, OsClock, Recorder, memory_link};
 use drover_robot::{Assembled, Assembly, Guard, Hardware, Report, Shutdown, View, assemble, drive};
-use drover_world::Radio;
 use std::time::Duration;
 use tokio::sync::{mpsc, watch};
 use tokio::task::JoinHandle;
@@ -75,13 +74,12 @@ pub(crate) fn beacon_links(count: usize) -> (Vec<MemoryLink>, Vec<MemoryLink>) {
 }
 
 /// Carry beacons until the run's task is aborted.
-pub(crate) async fn carry_beacons(ends: Vec<MemoryLink>, radio: Radio, plant: PlantHandle, clock: OsClock) {
-    let mut ether = Ether::new(radio, ends);
+pub(crate) async fn carry_beacons(mut ether: Ether, plant: PlantHandle, clock: OsClock) {
     let mut ticker = tokio::time::interval(ETHER_PERIOD);
     ticker.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
     loop {
         ticker.tick().await;
         let positions_w = plant.positions();
-        ether.turn(clock.now(), &positions_w);
+        ether.turn(clock.now(), &positions_w[..]);
     }
 }

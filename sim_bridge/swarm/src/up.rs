@@ -1,6 +1,7 @@
 //! A swarm against the wall clock: open every link, start every robot, watch, end in good order, summarise.
 
 use crate::children::ChildRobot;
+use crate::ether::Ether;
 use crate::recording::RunFolder;
 use crate::summary::{RunFacts, Summary, Tally, summarise};
 use crate::tasks::{TaskContext, ViewSender, beacon_links, carry_beacons, prepare, start};
@@ -9,7 +10,6 @@ use drover_config::Swarm;
 use drover_contract::Clock;
 use drover_io::{BeaconSocket, OpenError, OsClock, Recorder};
 use drover_robot::{Guard, Report, Shutdown, StopReason, View, epoch_from_unix};
-use drover_world::Radio;
 use std::future::Future;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -164,8 +164,7 @@ impl Start<'_> {
             prepared.push(opened);
         }
         let running = prepared.into_iter().enumerate().map(|(index, robot)| start(index, robot, &context)).collect();
-        let radio = Radio::new(self.swarm.radio.clone(), self.swarm.seed);
-        let ether = carry_beacons(far_beacons, radio, self.plant.clone(), *self.clock);
+        let ether = carry_beacons(Ether::new(self.swarm, far_beacons), self.plant.clone(), *self.clock);
         Ok(Robots { running, _guard: Some(guard), ether: Some(tokio::spawn(ether)) })
     }
 

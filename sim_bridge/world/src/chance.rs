@@ -70,7 +70,8 @@ impl Draws {
     }
 
     /// Number `nth` of the event's nearly normal values: mean 0, deviation 1, never beyond 4.9 (the sum of eight even
-    /// bytes, after Irwin 1927 and Hall 1927). A tenth of the price of [`Draws::normal`], for sensors with many beams.
+    /// bytes, after Irwin 1927 and Hall 1927). A tenth of the price of [`normal`], for sensors with many
+    /// beams and radios with many pairs.
     pub(crate) fn roughly_normal(self, nth: u64) -> f64 {
         const PAIRS: u64 = 0x00FF_00FF_00FF_00FF;
         // The mean and deviation of the sum of eight bytes: 8 * 127.5 and sqrt(8 * (256^2 - 1) / 12).
@@ -80,12 +81,6 @@ impl Draws {
         let pairs = (bytes & PAIRS) + ((bytes >> 8) & PAIRS);
         let sum = pairs.wrapping_mul(0x0001_0001_0001_0001) >> 48;
         (sum as f64 - MEAN) * PER_DEVIATION
-    }
-
-    /// Number `nth` of the event's values of the standard normal distribution.
-    pub(crate) fn normal(self, nth: u64) -> f64 {
-        let own = self.of(nth);
-        gaussian(own.uniform(0), own.uniform(1))
     }
 }
 
@@ -119,7 +114,6 @@ mod tests {
         let mut rng = generator(1, 2, Use::Lidar);
         assert_standard_normal(&(0..20_000).map(|_| normal(&mut rng)).collect::<Vec<_>>());
         let draws = Draws::new(1, Use::Radio);
-        assert_standard_normal(&(0..20_000).map(|nth| draws.normal(nth)).collect::<Vec<_>>());
         assert_standard_normal(&(0..20_000).map(|nth| draws.roughly_normal(nth)).collect::<Vec<_>>());
     }
 

@@ -78,6 +78,14 @@ impl Law {
         }
     }
 
+    /// Whether peers matter to it.
+    pub(crate) fn asks_for_peers(&self) -> bool {
+        match self.role {
+            Role::Leader(_) | Role::Follower { .. } => true,
+            Role::Diffuser(_) => false,
+        }
+    }
+
     /// One tick.
     pub(crate) fn step(&mut self, view: &View<'_>) -> Outcome {
         let gap_m = (view.motion.pose_wb.position() - self.goal_w).norm();

@@ -17,6 +17,7 @@
 
 use super::View;
 use crate::peers::Neighbour;
+use drover_contract::math::{atan2, sin};
 use drover_contract::{Twist, Vec2, wrap};
 
 /// Farther off the heading than this, the robot turns in place, radians.
@@ -87,12 +88,12 @@ impl Route {
 
     fn pursue(&self, end_w: Vec2, view: &View<'_>) -> Twist {
         let aim_b = view.motion.pose_wb.inverse_transform(self.aim_w(end_w));
-        let off_rad = wrap(aim_b.y.atan2(aim_b.x));
+        let off_rad = wrap(atan2(aim_b.y, aim_b.x));
         let turn_max = view.limits.yaw_rate_radps_max;
         if off_rad.abs() > TURN_IN_PLACE_RAD {
             return Twist::new(0.0, (TURN_GAIN * off_rad).clamp(-turn_max, turn_max));
         }
-        let curvature = 2.0 * off_rad.sin() / aim_b.norm().max(AIM_M_MIN);
+        let curvature = 2.0 * sin(off_rad) / aim_b.norm().max(AIM_M_MIN);
         let cruise_mps = self.params.speed_mps * straggler_scale(&self.params, self.at_w, view.neighbours);
         // Some turn is kept in reserve, so that the arc can still be corrected.
         let turn_mps = 0.8 * turn_max / curvature.abs().max(1e-6);

@@ -55,15 +55,31 @@ pub(super) struct Guarded {
     pub(super) blocked: Option<Reason>,
 }
 
+/// Lists that are kept from tick to tick.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Scratch {
+    bounds: Bounds,
+    path: Vec<Vec2>,
+}
+
 /// `request` (finite), reduced.
-pub(super) fn guard(request: Twist, start: Start, obstacles: &Obstacles, params: &GuardParams) -> Guarded {
+pub(super) fn guard(
+    request: Twist,
+    start: Start,
+    obstacles: &Obstacles,
+    params: &GuardParams,
+    scratch: &mut Scratch,
+) -> Guarded {
     let pace = Pace { latency_s: params.latency_s, tick_s: params.tick_s, limits: &params.limits };
-    let bounds = Bounds::new(obstacles, params, reach_m(request, start, params));
-    let mut path = Vec::with_capacity(64);
+    let Scratch { bounds, path } = scratch;
+    bounds.fill(obstacles, params, reach_m(request, start, params));
+    if bounds.is_empty() {
+        return guarded(request, request, None); // with nothing within reach no course needs to be known
+    }
     let mut why = None;
     for candidate in candidates(request) {
-        course(start, candidate, &pace, &mut path);
-        match bounds.crossed_by(&path) {
+        course(start, candidate, &pace, path);
+        match bounds.crossed_by(path) {
             None => return guarded(request, candidate, why),
             Some(reason) => why = why.or(Some(reason)),
         }
@@ -87,15 +103,28 @@ fn candidates(request: Twist) -> impl Iterator<Item = Twist> {
     })
 }
 
+impl GuardParams {
+    /// No course at all leads farther than this, metres.
+    pub(crate) fn reach_m_max(&self) -> f64 {
+        let most_mps = self.limits.speed_mps_max.max(self.limits.reverse_mps_max);
+        reach_at_m(most_mps, self)
+    }
+}
+
 /// No course of a share of `request` leads farther than this from here, metres.
 fn reach_m(request: Twist, start: Start, params: &GuardParams) -> f64 {
     let speeds = [request.speed_mps, start.is_b.speed_mps, start.before_b.speed_mps];
     let most_mps = speeds.iter().fold(0.0_f64, |most, speed| most.max(speed.abs()));
+    reach_at_m(most_mps, params)
+}
+
+fn reach_at_m(most_mps: f64, params: &GuardParams) -> f64 {
     let ahead_s = params.latency_s + params.tick_s + 0.1;
     most_mps * ahead_s + most_mps * most_mps / (2.0 * params.limits.brake_mps2)
 }
 
 /// The bounds that matter within reach.
+#[derive(Clone, Debug, Default)]
 struct Bounds {
     /// Each with the distance that the centre must keep from it.
     points: Vec<(Vec2, f64)>,
@@ -103,14 +132,22 @@ struct Bounds {
 }
 
 impl Bounds {
-    fn new(obstacles: &Obstacles, params: &GuardParams, reach_m: f64) -> Self {
+    fn fill(&mut self, obstacles: &Obstacles, params: &GuardParams, reach_m: f64) {
         let keep_m = params.keep_m();
-        let nearest_m = obstacles.points_b.iter().map(|point| point.norm()).fold(f64::INFINITY, f64::min);
+        let within_m2 = (keep_m + reach_m) * (keep_m + reach_m);
+        self.points.clear();
+        let near = obstacles.points_b.iter().filter(|point| point.norm_squared() <= within_m2);
+        self.points.extend(near.map(|point| (*point, point.norm())));
+        // What is nearest is within reach, if anything is.
+        let nearest_m = self.points.iter().map(|(_, distance_m)| *distance_m).fold(f64::INFINITY, f64::min);
         let floor_m = nearest_m.clamp(params.radius_m + params.margin_m / 2.0, keep_m);
-        let near = obstacles.points_b.iter().filter(|point| point.norm() <= keep_m + reach_m);
-        let points = near.map(|point| (*point, floor_m.min(point.norm()))).collect();
-        let planes = obstacles.planes.iter().filter(|plane| plane.advance_m <= reach_m).copied().collect();
-        Self { points, planes }
+        self.points.iter_mut().for_each(|(_, distance_m)| *distance_m = floor_m.min(*distance_m));
+        self.planes.clear();
+        self.planes.extend(obstacles.planes.iter().filter(|plane| plane.advance_m <= reach_m));
+    }
+
+    fn is_empty(&self) -> bool {
+        self.points.is_empty() && self.planes.is_empty()
     }
 
     fn crossed_by(&self, path: &[Vec2]) -> Option<Reason> {

@@ -16,10 +16,10 @@ mod transition;
 
 pub(crate) use conditions::Conditions;
 pub(crate) use guard::GuardParams;
-pub(crate) use obstacles::Obstacles;
+pub(crate) use obstacles::{Obstacles, Peers};
 
 use drover_contract::{SafeCommand, Twist};
-use guard::guard;
+use guard::{Scratch, guard};
 use rollout::Start;
 use std::fmt;
 
@@ -151,12 +151,13 @@ pub(crate) struct Supervisor {
     verdict: Verdict,
     latched: Option<StopReason>,
     before: SafeCommand,
+    scratch: Scratch,
 }
 
 impl Supervisor {
     pub(crate) fn new(params: GuardParams) -> Self {
         let verdict = Verdict::Waiting(Reason::DriveSilent);
-        Self { params, verdict, latched: None, before: SafeCommand::STOP }
+        Self { params, verdict, latched: None, before: SafeCommand::STOP, scratch: Scratch::default() }
     }
 
     /// Stop for good. The first reason is kept.
@@ -176,7 +177,7 @@ impl Supervisor {
     ) -> Decision {
         let asked = request.filter(Twist::is_finite);
         let start = Start { is_b, before_b: self.before.twist_b() };
-        let guarded = asked.map(|asked| guard(asked, start, obstacles, &self.params));
+        let guarded = asked.map(|asked| guard(asked, start, obstacles, &self.params, &mut self.scratch));
         let blocked = guarded.and_then(|guarded| guarded.blocked);
         self.verdict = transition::transition(self.verdict, self.latched, facts, blocked);
         let command = action::act(self.verdict, guarded.map(|guarded| guarded.twist_b), &self.params.limits);

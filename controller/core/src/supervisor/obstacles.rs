@@ -14,9 +14,8 @@
 //! see is taken from its beacon, as large as the bounds make it.
 
 use super::Reason;
-use crate::estimate::Motion;
 use crate::peers::Body;
-use crate::sight::{Surroundings, on_body};
+use crate::sight::{Matches, Surroundings};
 use drover_contract::Vec2;
 
 /// What is added to an unseen peer for what the poses are uncertain by, metres, at most: beyond it a lost robot would
@@ -43,15 +42,28 @@ pub(super) struct Plane {
 }
 
 impl Obstacles {
-    /// From the raw scan and the peers' bodies. `keep_m` is the body's radius and margin; `unheard` says that some peer
-    /// of the swarm is not heard now.
-    pub(crate) fn new(seen: &Surroundings, motion: &Motion, bodies: &[Body], keep_m: f64, unheard: bool) -> Self {
-        let peers = bodies.iter().filter_map(|body| peer_plane(seen, motion, body, keep_m));
+    /// From the raw scan and the peers' bodies, matched. `keep_m` is the body's radius and margin; `unheard` says that
+    /// some peer of the swarm is not heard now. What was held before is forgotten.
+    pub(crate) fn fill(&mut self, seen: &Surroundings, peers: &Peers<'_>, keep_m: f64, unheard: bool) {
+        self.points_b.clone_from(&seen.points_b);
+        self.planes.clear();
+        let pairs = peers.bodies.iter().zip(&peers.matches.bodies);
+        self.planes.extend(pairs.filter_map(|(body, place)| peer_plane(body, *place, peers.own_bound_m, keep_m)));
         // A blind spot is an obstacle at the margin: no advance into it.
-        let blind = seen.blind_b.iter().map(|ray_b| plane(*ray_b, 0.0, Reason::Obstacle));
-        let strangers = seen.points_b.iter().filter(|_| unheard).filter_map(|hit_b| stranger_plane(*hit_b, keep_m));
-        Self { points_b: seen.points_b.clone(), planes: peers.chain(blind).chain(strangers).collect() }
+        self.planes.extend(seen.blind_b.iter().map(|ray_b| plane(*ray_b, 0.0, Reason::Obstacle)));
+        if unheard {
+            self.planes.extend(seen.points_b.iter().filter_map(|hit_b| stranger_plane(*hit_b, keep_m)));
+        }
     }
+}
+
+/// The peers' bodies, where they are seen, and how well we know where we are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Peers<'a> {
+    pub(crate) bodies: &'a [Body],
+    pub(crate) matches: &'a Matches,
+    /// Metres.
+    pub(crate) own_bound_m: f64,
 }
 
 fn plane(normal_b: Vec2, advance_m: f64, reason: Reason) -> Plane {
@@ -59,20 +71,19 @@ fn plane(normal_b: Vec2, advance_m: f64, reason: Reason) -> Plane {
 }
 
 fn stranger_plane(hit_b: Vec2, keep_m: f64) -> Option<Plane> {
-    let normal_b = hit_b.try_normalize(1e-6)?;
-    let in_the_way = normal_b.x.abs() >= IN_THE_WAY_COS;
-    in_the_way.then(|| plane(normal_b, (hit_b.norm() - keep_m) / 2.0, Reason::Obstacle))
+    let distance_m = hit_b.norm();
+    // First the cheap question: most hits are not in the way.
+    if hit_b.x.abs() < IN_THE_WAY_COS * distance_m || distance_m < 1e-6 {
+        return None;
+    }
+    Some(plane(hit_b / distance_m, (distance_m - keep_m) / 2.0, Reason::Obstacle))
 }
 
-fn peer_plane(seen: &Surroundings, motion: &Motion, body: &Body, keep_m: f64) -> Option<Plane> {
-    let hits_b =
-        seen.points_b.iter().filter(|point_b| on_body(motion.pose_wb.transform(**point_b), body, motion.pos_bound_m));
-    let nearest_b = hits_b.min_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()));
-    let (towards_b, gap_m) = match nearest_b {
-        Some(hit_b) => (*hit_b, hit_b.norm() - keep_m),
+fn peer_plane(body: &Body, (centre_b, hit_b): (Vec2, Option<Vec2>), own_bound_m: f64, keep_m: f64) -> Option<Plane> {
+    let (towards_b, gap_m) = match hit_b {
+        Some(hit_b) => (hit_b, hit_b.norm() - keep_m),
         None => {
-            let centre_b = motion.pose_wb.inverse_transform(body.pos_w);
-            let bound_m = (body.bound_m + motion.pos_bound_m).min(BOUND_M_MAX);
+            let bound_m = (body.bound_m + own_bound_m).min(BOUND_M_MAX);
             (centre_b, centre_b.norm() - body.radius_m - bound_m - keep_m)
         }
     };

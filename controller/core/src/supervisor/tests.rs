@@ -2,7 +2,7 @@ use super::conditions::{DriveFact, Freshness, RequestFact};
 use super::*;
 use crate::estimate::Motion;
 use crate::peers::Body;
-use crate::sight::{Surroundings, surroundings};
+use crate::sight::{Matches, Surroundings};
 use crate::testing::{Chance, Place, SimBody, limits};
 use drover_contract::{Beam, Pose, Scan, Stamp, Vec2};
 use proptest::prelude::*;
@@ -40,7 +40,22 @@ fn motion(pose_wb: Pose, twist_b: Twist) -> Motion {
 fn around(place: &Place, pose_wb: Pose, twist_b: Twist) -> Obstacles {
     let scan = place.scan(pose_wb, Stamp::ZERO);
     let motion = motion(pose_wb, twist_b);
-    Obstacles::new(&surroundings(&scan, &motion, Stamp::ZERO), &motion, &[], params().keep_m(), false)
+    obstacles_of(&surroundings(&scan, &motion, Stamp::ZERO), &motion, &[], params().keep_m(), false)
+}
+
+fn surroundings(scan: &Scan, motion: &Motion, now: Stamp) -> Surroundings {
+    let mut seen = Surroundings::default();
+    seen.look(scan, Pose::default(), motion, now);
+    seen
+}
+
+fn obstacles_of(seen: &Surroundings, motion: &Motion, bodies: &[Body], keep_m: f64, unheard: bool) -> Obstacles {
+    let mut matches = Matches::default();
+    matches.find(seen, motion, bodies);
+    let mut obstacles = Obstacles::default();
+    let peers = Peers { bodies, matches: &matches, own_bound_m: motion.pos_bound_m };
+    obstacles.fill(seen, &peers, keep_m, unheard);
+    obstacles
 }
 
 #[test]
@@ -123,7 +138,7 @@ fn an_unseen_peer_ahead_is_taken_from_its_beacon_and_leaves_half_of_the_gap() {
     let motion = motion(Pose::default(), Twist::ZERO);
     let ahead = |x_m: f64| {
         let body = Body { pos_w: Vec2::new(x_m, 0.0), radius_m: 0.4, bound_m: 0.1 };
-        Obstacles::new(&Surroundings::default(), &motion, &[body], params().keep_m(), false)
+        obstacles_of(&Surroundings::default(), &motion, &[body], params().keep_m(), false)
     };
     assert_eq!(ahead(1.35).planes.len(), 1);
     assert!((ahead(1.35).planes[0].advance_m - 0.15).abs() < 1e-12);
@@ -141,7 +156,7 @@ fn while_a_peer_is_unheard_what_lies_ahead_is_approached_by_half_of_the_gap() {
     let motion = motion(Pose::default(), FORWARD);
     let seen = surroundings(&place.scan(Pose::default(), Stamp::ZERO), &motion, Stamp::ZERO);
     let ask = |unheard| {
-        let obstacles = Obstacles::new(&seen, &motion, &[], params().keep_m(), unheard);
+        let obstacles = obstacles_of(&seen, &motion, &[], params().keep_m(), unheard);
         cruising().tick(&FIT, Some(FORWARD), FORWARD, &obstacles).command.twist_b().speed_mps
     };
     assert!(ask(true) < ask(false), "{} and {}", ask(true), ask(false));
@@ -153,7 +168,7 @@ fn a_run_of_unknown_beams_ahead_forbids_to_drive_into_it_and_a_single_one_does_n
     let ask = |scan: &Scan| {
         let motion = motion(Pose::default(), Twist::ZERO);
         let seen = surroundings(scan, &motion, Stamp::ZERO);
-        let obstacles = Obstacles::new(&seen, &motion, &[], params().keep_m(), false);
+        let obstacles = obstacles_of(&seen, &motion, &[], params().keep_m(), false);
         supervisor().tick(&FIT, Some(FORWARD), Twist::ZERO, &obstacles).command.twist_b()
     };
     scan.beams[0] = Beam::Unknown;
@@ -172,7 +187,7 @@ fn what_a_scan_does_not_cover_is_unknown_and_not_driven_into() {
     scan.beams.truncate(36);
     let motion = motion(Pose::default(), Twist::ZERO);
     let seen = surroundings(&scan, &motion, Stamp::ZERO);
-    let obstacles = Obstacles::new(&seen, &motion, &[], params().keep_m(), false);
+    let obstacles = obstacles_of(&seen, &motion, &[], params().keep_m(), false);
     let ask = |twist| supervisor().tick(&FIT, Some(twist), Twist::ZERO, &obstacles).command.twist_b();
     assert_eq!(ask(Twist::new(-0.3, 0.0)), Twist::ZERO);
     assert_eq!(ask(FORWARD), FORWARD);

@@ -23,14 +23,16 @@ pub(super) struct Bursts {
     rate_per_s: f64,
     /// A silence longer than this begins anew, us.
     kept_us: u64,
-    /// By receiver, then by sender, ascending.
+    /// By sender, then by receiver, ascending: a broadcast finds all its receivers in one place.
     pairs: Vec<Vec<Pair>>,
+    /// The last silence, us, and what it left of the past, 0..=1: a steady sender's are all alike.
+    memory: (u64, f64),
 }
 
 /// One direction of a pair, as it was when last looked at.
 #[derive(Clone, Copy, Debug)]
 struct Pair {
-    from: u32,
+    to: u32,
     bad: bool,
     seen: Stamp,
 }
@@ -41,17 +43,26 @@ impl Bursts {
         let rate_per_s = rule.enter_per_s + rule.leave_per_s;
         let kept_s = (RELAXATIONS_MAX / rate_per_s).min(KEPT_S_MAX);
         let bad_share = rule.enter_per_s / rate_per_s;
-        Self { rule, bad_share, rate_per_s, kept_us: (kept_s * 1e6) as u64, pairs: vec![Vec::new(); robots] }
+        Self {
+            rule,
+            bad_share,
+            rate_per_s,
+            kept_us: (kept_s * 1e6) as u64,
+            pairs: vec![Vec::new(); robots],
+            memory: (0, 1.0),
+        }
     }
 
     /// Share of messages lost from `from` to `to` at `now`, 0..=1, if the pair is in the bad state; `None` if it is in
     /// the good one. `draw` is the chance of this message on this pair, evenly from 0..1.
     pub(super) fn loss(&mut self, now: Stamp, from: u32, to: u32, draw: f64) -> Option<f64> {
-        let pairs = &self.pairs[to as usize];
-        let found = pairs.binary_search_by_key(&from, |pair| pair.from);
-        let bad_chance = found.map_or(self.bad_share, |place| self.bad_chance(now, &pairs[place]));
+        let found = self.pairs[from as usize].binary_search_by_key(&to, |pair| pair.to);
+        let bad_chance = match found {
+            Ok(place) => self.bad_chance(now, self.pairs[from as usize][place]),
+            Err(_) => self.bad_share,
+        };
         let bad = draw < bad_chance;
-        let (seen, pairs) = (Pair { from, bad, seen: now }, &mut self.pairs[to as usize]);
+        let (seen, pairs) = (Pair { to, bad, seen: now }, &mut self.pairs[from as usize]);
         match found {
             Ok(place) => pairs[place] = seen,
             Err(place) => insert(pairs, place, seen, self.kept_us),
@@ -66,14 +77,17 @@ impl Bursts {
     }
 
     /// The chance that a pair is in the bad state now.
-    fn bad_chance(&self, now: Stamp, pair: &Pair) -> f64 {
-        let silent = now.since(pair.seen);
+    fn bad_chance(&mut self, now: Stamp, pair: Pair) -> f64 {
+        let silent_us = now.as_micros().saturating_sub(pair.seen.as_micros());
         // Whether the old state still counts is a matter of its age alone, and not of when others made room.
-        if silent.as_micros() as u64 > self.kept_us {
+        if silent_us > self.kept_us {
             return self.bad_share;
         }
+        if self.memory.0 != silent_us {
+            self.memory = (silent_us, libm::exp(-self.rate_per_s * silent_us as f64 * 1e-6));
+        }
         let was_bad = if pair.bad { 1.0 } else { 0.0 };
-        self.bad_share + (was_bad - self.bad_share) * libm::exp(-self.rate_per_s * silent.as_secs_f64())
+        self.bad_share + (was_bad - self.bad_share) * self.memory.1
     }
 }
 
@@ -84,7 +98,7 @@ fn insert(pairs: &mut Vec<Pair>, place: usize, new: Pair, kept_us: u64) {
         return;
     }
     pairs.retain(|pair| new.seen.since(pair.seen).as_micros() as u64 <= kept_us);
-    let place = pairs.partition_point(|pair| pair.from < new.from);
+    let place = pairs.partition_point(|pair| pair.to < new.to);
     pairs.insert(place, new);
 }
 
@@ -145,14 +159,14 @@ mod tests {
         let (mut crowded, mut alone) = (Bursts::new(slow, 2), Bursts::new(slow, 2));
         for n in 0..50_000_u64 {
             let now = Stamp::from_millis(n * 100);
-            // Robot 0 talks now and then, with silences on both sides of what is kept; a new stranger each time.
-            let _ = crowded.loss(now, 1 + n as u32, 1, draws.of(1).uniform(n));
+            // It talks to a new stranger each time, to robot 0 now and then, with silences on both sides of what is kept.
+            let _ = crowded.loss(now, 1, 1 + n as u32, draws.of(1).uniform(n));
             if n % 1200 < 400 && n % 7 == 0 {
                 let draw = draws.of(0).uniform(n);
-                assert_eq!(crowded.loss(now, 0, 1, draw), alone.loss(now, 0, 1, draw));
+                assert_eq!(crowded.loss(now, 1, 0, draw), alone.loss(now, 1, 0, draw));
             }
         }
         assert!(crowded.pairs[1].capacity() <= 4 * 600, "{}", crowded.pairs[1].capacity());
-        assert!(crowded.pairs[1].is_sorted_by_key(|pair| pair.from));
+        assert!(crowded.pairs[1].is_sorted_by_key(|pair| pair.to));
     }
 }

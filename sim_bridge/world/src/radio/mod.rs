@@ -127,7 +127,7 @@ impl<M> Radio<M> {
             near: Vec::new(),
             tally: RadioTally::default(),
             delay_us: micros(params.delay_ms),
-            jitter_us_end: micros(params.jitter_ms) + 1,
+            jitter_us_end: micros(params.jitter_ms).saturating_add(1),
             params: params.clone(),
             ids: ids.to_vec(),
         }
@@ -160,8 +160,14 @@ impl<M> Radio<M> {
     /// Hand out everything that has arrived by `now`: to whom (index), from whom (index), and the message. In the order
     /// of arrival; what arrives in the same microsecond, in the order of sending and then of the receivers' indices.
     pub fn deliver(&mut self, now: Stamp, mut hand_out: impl FnMut(usize, usize, &M)) {
-        while let Some(due) = self.calendar.pop(now.as_micros()) {
-            self.messages.show(due.slot, |from, message| hand_out(due.to as usize, from, message));
+        loop {
+            let arrived = self.calendar.take(now.as_micros(), usize::MAX);
+            if arrived.is_empty() {
+                return;
+            }
+            for due in arrived {
+                self.messages.show(due.slot, |from, message| hand_out(due.to as usize, from, message));
+            }
         }
     }
 
@@ -170,7 +176,7 @@ impl<M> Radio<M> {
     where
         M: Clone,
     {
-        let due = self.calendar.pop(now.as_micros())?;
+        let due = *self.calendar.take(now.as_micros(), 1).first()?;
         let mut arrived = None;
         self.messages.show(due.slot, |from, message| {
             arrived = Some(Delivery { to: due.to as usize, from, message: message.clone() });
@@ -278,7 +284,7 @@ impl<M> Radio<M> {
 
     /// Send a delivery on its way; 1 if there was room for it.
     fn carry(&mut self, heard: Stamp, jitter_us: u64, to: u32, slot: u32) -> u32 {
-        let due_us = heard.as_micros().saturating_add(self.delay_us + jitter_us);
+        let due_us = heard.as_micros().saturating_add(self.delay_us.saturating_add(jitter_us));
         let room = self.calendar.push(due_us, to, slot);
         self.tally.dropped += u64::from(!room);
         u32::from(room)

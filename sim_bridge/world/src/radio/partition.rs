@@ -31,9 +31,9 @@ impl Partitions {
 
     /// Whether two robots do not hear each other at `now`.
     pub(super) fn part(&self, now: Stamp, a: u32, b: u32) -> bool {
-        self.0.iter().any(|one| {
-            (one.from..one.until).contains(&now) && one.named_side[a as usize] != one.named_side[b as usize]
-        })
+        self.0
+            .iter()
+            .any(|one| (one.from..one.until).contains(&now) && one.named_side[a as usize] != one.named_side[b as usize])
     }
 
     /// Heap bytes held.

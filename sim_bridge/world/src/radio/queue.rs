@@ -146,6 +146,10 @@ impl Calendar {
             return false;
         }
         if ahead == 0 {
+            if self.taken == self.open.len() {
+                self.open.clear();
+                self.taken = 0;
+            }
             let offset_us = if tick < self.open_tick { 0 } else { offset_us };
             self.in_order &= self.open[self.taken..].last().is_none_or(|last| last.offset_us <= offset_us);
             self.open.push(Due { offset_us, to, slot });
@@ -160,24 +164,23 @@ impl Calendar {
         true
     }
 
-    /// The next delivery that is due by `now_us`.
-    pub(super) fn pop(&mut self, now_us: u64) -> Option<Due> {
-        loop {
-            if !self.in_order {
-                self.put_in_order();
-            }
-            if let Some(due) = self.open.get(self.taken) {
-                let ripe = (self.open_tick << TICK_BITS) + u64::from(due.offset_us) <= now_us;
-                self.taken += usize::from(ripe);
-                return ripe.then_some(*due);
-            }
-            self.open.clear();
-            self.taken = 0;
-            if self.open_tick >= now_us >> TICK_BITS {
-                return None;
-            }
+    /// Take the next deliveries that are due by `now_us`, at most `max` of them; none if and only if none is due.
+    pub(super) fn take(&mut self, now_us: u64, max: usize) -> &[Due] {
+        while self.taken == self.open.len() && self.open_tick < now_us >> TICK_BITS {
             self.open_next(now_us >> TICK_BITS);
         }
+        if !self.in_order {
+            self.put_in_order();
+        }
+        let left = &self.open[self.taken..];
+        let ripe = match now_us.checked_sub(self.open_tick << TICK_BITS) {
+            Some(gone_us) if gone_us >= TICK_US as u64 => left.len(),
+            Some(gone_us) => left.partition_point(|due| u64::from(due.offset_us) <= gone_us),
+            None => 0,
+        };
+        let begin = self.taken;
+        self.taken += ripe.min(max);
+        &self.open[begin..self.taken]
     }
 
     /// When the next delivery is due, us.
@@ -220,6 +223,8 @@ impl Calendar {
 
     /// Open the first tick up to `last` that has deliveries, or `last`.
     fn open_next(&mut self, last: u64) {
+        self.open.clear();
+        self.taken = 0;
         if self.listed == 0 {
             self.open_tick = last;
             return;
