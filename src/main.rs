@@ -3,6 +3,8 @@
 mod command;
 mod exit;
 #[cfg(feature = "sim")]
+mod table;
+#[cfg(feature = "sim")]
 mod view;
 
 use clap::{Parser, Subcommand};
@@ -23,6 +25,9 @@ enum Command {
     /// Bring up a whole swarm against the simulator, with a live view and a summary
     #[cfg(feature = "sim")]
     Up(command::up::Arguments),
+    /// Run a swarm in virtual time, as fast as it goes: one run or a batch over seeds
+    #[cfg(feature = "sim")]
+    Sim(command::sim::Arguments),
     /// Drive one robot, on its own computer
     Run(command::run::Arguments),
     /// Say everything that is wrong in configuration files
@@ -44,6 +49,8 @@ fn main() -> ExitCode {
     let exit = match arguments.command {
         #[cfg(feature = "sim")]
         Command::Up(up) => command::up::execute(&up),
+        #[cfg(feature = "sim")]
+        Command::Sim(sim) => command::sim::execute(&sim),
         Command::Run(run) => command::run::execute(&run),
         Command::Check(check) => command::check::execute(&check),
         Command::Stop(stop) => command::stop::execute(&stop),

@@ -1,5 +1,7 @@
 //! Plane geometry that the checks need: discs against polygons and circles. Metres, world frame.
 
+use crate::boxes::{Boxes, bounds};
+
 /// A point, metres.
 pub(crate) type Point = [f64; 2];
 
@@ -14,7 +16,7 @@ pub(crate) fn distance(a: Point, b: Point) -> f64 {
 }
 
 /// Distance from `p` to the segment `a`-`b`.
-fn segment_distance(p: Point, (a, b): (Point, Point)) -> f64 {
+pub(crate) fn segment_distance(p: Point, (a, b): (Point, Point)) -> f64 {
     let along = [b[0] - a[0], b[1] - a[1]];
     let length2 = along[0] * along[0] + along[1] * along[1];
     if length2 <= 0.0 {
@@ -29,44 +31,58 @@ pub(crate) fn edges(points: &[Point]) -> impl Iterator<Item = (Point, Point)> + 
     points.iter().copied().zip(points.iter().copied().cycle().skip(1))
 }
 
-/// Distance from `p` to the outline.
-pub(crate) fn outline_distance(p: Point, points: &[Point]) -> f64 {
-    edges(points).map(|edge| segment_distance(p, edge)).fold(f64::INFINITY, f64::min)
-}
-
 /// Whether `p` is inside (even-odd rule); on the outline either answer may come.
 pub(crate) fn contains(points: &[Point], p: Point) -> bool {
-    let crosses = |(a, b): &(Point, Point)| {
-        (a[1] > p[1]) != (b[1] > p[1]) && p[0] < (b[0] - a[0]) * (p[1] - a[1]) / (b[1] - a[1]) + a[0]
-    };
-    edges(points).filter(crosses).count() % 2 == 1
+    edges(points).filter(|edge| crosses_ray(*edge, p)).count() % 2 == 1
+}
+
+/// Whether an edge crosses the ray from `p` to the east; its lower end counts, its upper one does not.
+pub(crate) fn crosses_ray((a, b): (Point, Point), p: Point) -> bool {
+    (a[1] > p[1]) != (b[1] > p[1]) && p[0] < (b[0] - a[0]) * (p[1] - a[1]) / (b[1] - a[1]) + a[0]
 }
 
 /// The area, never negative.
 pub(crate) fn area(points: &[Point]) -> f64 {
+    signed_area(points).abs()
+}
+
+/// The area: positive if the corners go counter-clockwise.
+pub(crate) fn signed_area(points: &[Point]) -> f64 {
     let origin = points.first().copied().unwrap_or_default();
-    edges(points).map(|(a, b)| cross(origin, a, b)).sum::<f64>().abs() / 2.0
+    edges(points).map(|(a, b)| cross(origin, a, b)).sum::<f64>() / 2.0
+}
+
+/// The first corner at which a counter-clockwise outline does not turn left, if any.
+pub(crate) fn reflex_corner(points: &[Point]) -> Option<usize> {
+    let count = points.len();
+    let turn =
+        |corner: usize| cross(points[(corner + count - 1) % count], points[corner], points[(corner + 1) % count]);
+    (0..count).find(|corner| turn(*corner) <= 0.0)
 }
 
 /// Two edges (by their first corners) that touch where they should not, if any do.
 pub(crate) fn self_intersection(points: &[Point]) -> Option<(usize, usize)> {
     let all: Vec<_> = edges(points).collect();
     let count = all.len();
-    for (i, first) in all.iter().enumerate() {
-        for (j, second) in all.iter().enumerate().skip(i + 1) {
-            let next = j == i + 1;
-            let previous = i == 0 && j == count - 1;
-            let touch = match (next, previous) {
-                (true, _) => folds_back(first.0, first.1, second.1),
-                (_, true) => folds_back(second.0, second.1, first.1),
-                (false, false) => segments_touch(*first, *second),
-            };
-            if touch {
-                return Some((i, j));
-            }
+    let touch = |i: usize, j: usize| {
+        let (first, second) = (all[i], all[j]);
+        match (j == i + 1, i == 0 && j == count - 1) {
+            (true, _) => folds_back(first.0, first.1, second.1),
+            (_, true) => folds_back(second.0, second.1, first.1),
+            (false, false) => segments_touch(first, second),
         }
-    }
-    None
+    };
+    let area_of = |(a, b): (Point, Point)| bounds([a, b]).unwrap_or([a, b]);
+    let boxes = Boxes::new(all.iter().enumerate().map(|(index, edge)| (area_of(*edge), index)).collect());
+    (0..count).find_map(|i| {
+        let mut first: Option<usize> = None;
+        boxes.overlapping(area_of(all[i]), &mut |j| {
+            if *j > i && first.is_none_or(|first| *j < first) && touch(i, *j) {
+                first = Some(*j);
+            }
+        });
+        first.map(|j| (i, j))
+    })
 }
 
 /// Whether going `a` -> `b` -> `c` turns straight back (or stands still).
@@ -88,7 +104,7 @@ fn segments_touch((a, b): (Point, Point), (c, d): (Point, Point)) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{area, contains, outline_distance, self_intersection};
+    use super::{area, contains, edges, reflex_corner, segment_distance, self_intersection};
 
     const SQUARE: [[f64; 2]; 4] = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
 
@@ -97,7 +113,10 @@ mod tests {
         assert_eq!(self_intersection(&SQUARE), None);
         assert!((area(&SQUARE) - 4.0).abs() < 1e-12);
         assert!(contains(&SQUARE, [1.0, 1.9]) && !contains(&SQUARE, [1.0, 2.1]));
-        assert!((outline_distance([3.0, 3.0], &SQUARE) - 2.0_f64.sqrt()).abs() < 1e-12);
+        let nearest_m = edges(&SQUARE).map(|edge| segment_distance([3.0, 3.0], edge)).fold(f64::INFINITY, f64::min);
+        assert!((nearest_m - 2.0_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(reflex_corner(&SQUARE), None);
+        assert_eq!(reflex_corner(&[[0.0, 0.0], [2.0, 0.0], [0.5, 0.5], [0.0, 2.0]]), Some(2));
     }
 
     #[test]

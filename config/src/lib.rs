@@ -4,12 +4,16 @@
 //! column, key, the value found, the allowed range and what to do. What comes out cannot be wrong.
 
 mod behaviour;
+mod boxes;
 mod check;
+mod crowd;
+mod generate;
 mod geometry;
 mod guard;
 mod include;
 mod kind;
 mod load;
+mod map;
 mod overrides;
 mod path;
 mod plane;
@@ -22,6 +26,7 @@ mod source;
 mod suggest;
 mod swarm;
 mod tree;
+mod walls;
 mod world;
 mod write;
 

@@ -7,14 +7,14 @@ use crate::path::join;
 use crate::problem::Problems;
 use crate::read::kind::KindParts;
 use crate::read::robot::{self, RobotFileParts};
-use crate::read::swarm::{self, SwarmParts};
-use crate::read::world::WorldParts;
+use crate::read::swarm::{self, SEED, SwarmParts};
 use crate::read::{kind, world};
 use crate::reader::read_table;
 use crate::report::{Report, Words};
 use crate::tree::{Node, Value};
+use crate::walls::Walls;
 use crate::{Behaviour, Kind, RobotFile, Swarm, World};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Reads a swarm, its kinds and its world; `overrides` count before anything is checked.
@@ -101,7 +101,7 @@ pub fn check_file_with(path: &Path, overrides: &[Override]) -> Result<Checked, P
     let Some(root) = include::read_root(&mut report, path) else { return report.finish(None) };
     let Some(sort) = Sort::of(&root) else {
         let expected = "the tables of a swarm ([[robot]], [kinds]), a robot's file ([robot], [kind]), a robot kind \
-                        ([drive], [lidar]) or a world ([[polygons]], [[circles]])";
+                        ([drive], [lidar]) or a world ([[polygons]], [[circles]], map, generate)";
         let advice = "compare it with the files in config/";
         report.push(root.at, "", Words::new("none of Drover's tables", expected, advice));
         return report.finish(None);
@@ -128,14 +128,14 @@ impl Sort {
     fn of(root: &Node) -> Option<Self> {
         let count = |keys: &[&str]| keys.iter().filter(|key| root.get(key).is_some()).count();
         let robots = root.get("robot").map(|node| matches!(node.value, Value::Array(_)));
-        let swarm = count(&["kinds", "world", "radio", "duration_s", "mavlink_port_base", "step_ms", "seed"])
+        let swarm = count(&["kinds", "world", "radio", "duration_s", "mavlink_port_base", "step_ms", "seed", "fleet"])
             + usize::from(robots == Some(true));
         let robot = count(&["kind", "peers", "swarm"]) + usize::from(robots == Some(false));
         let scores = [
             (swarm, Self::Swarm),
             (robot, Self::Robot),
             (count(&["drive", "body", "lidar", "sim"]), Self::Kind),
-            (count(&["polygons", "circles"]), Self::World),
+            (count(&["polygons", "circles", "polylines", "map", "generate"]), Self::World),
         ];
         let best = scores.into_iter().filter(|(score, _)| *score > 0).reduce(|a, b| if b.0 > a.0 { b } else { a });
         best.map(|(_, sort)| sort)
@@ -165,20 +165,20 @@ pub(crate) fn read_kind(report: &mut Report, root: Node, overrides: &[Override])
 
 pub(crate) fn read_world(report: &mut Report, root: Node, overrides: &[Override]) -> Option<World> {
     let root = resolve(report, root, overrides, expand_nothing);
-    let parts = read_table(report, &root, ("", ""), world::world)?;
+    let parts = read_table(report, &root, ("", ""), |table| world::world(table, SEED))?;
     Checker { report, root: &root }.world("", &parts);
     parts.world()
 }
 
 pub(crate) fn read_swarm(report: &mut Report, root: Node, overrides: &[Override]) -> Option<Swarm> {
     let root = resolve(report, root, overrides, include::expand_swarm);
-    let parts = read_table(report, &root, ("", ""), swarm::swarm)?;
+    let mut parts = read_table(report, &root, ("", ""), swarm::swarm)?;
     let kinds = parts.tightened_kinds();
-    check_swarm(&mut Checker { report, root: &root }, &parts, &kinds);
+    check_swarm(&mut Checker { report, root: &root }, &mut parts, &kinds);
     if report.is_clean() { resolved(parts, kinds) } else { None }
 }
 
-fn check_swarm(checker: &mut Checker<'_>, parts: &SwarmParts, kinds: &BTreeMap<String, Kind>) {
+fn check_swarm(checker: &mut Checker<'_>, parts: &mut SwarmParts, kinds: &BTreeMap<String, Kind>) {
     for key in parts.idle_keys() {
         let words = Words::new(
             "a value looser than every kind's own",
@@ -196,27 +196,36 @@ fn check_swarm(checker: &mut Checker<'_>, parts: &SwarmParts, kinds: &BTreeMap<S
     }
     checker.step(parts.step_ms, kinds);
     let world = parts.world.as_ref().map(|world| checker.world("world", world));
+    let walls = world.as_ref().map(Walls::new);
+    let crowd = checker.starts(&parts.robots, &parts.kinds, walls.as_ref());
+    let members = checker.fleets(parts, walls.as_ref(), crowd);
+    parts.robots.extend(members);
     checker.robots(&parts.robots, &parts.kinds);
     checker.links(&parts.robots, parts.beacon.as_ref());
-    checker.starts(&parts.robots, &parts.kinds, world.as_ref());
-    check_behaviour(checker, parts, kinds, world.as_ref());
+    checker.partitions(parts);
+    check_behaviour(checker, parts, kinds, walls.as_ref());
 }
 
 fn check_behaviour(
     checker: &mut Checker<'_>,
     parts: &SwarmParts,
     kinds: &BTreeMap<String, Kind>,
-    world: Option<&WorldParts>,
+    walls: Option<&Walls<'_>>,
 ) {
-    let Some(Behaviour::Flock(flock)) = &parts.behaviour else { return };
+    let names: BTreeSet<&str> = parts.robots.iter().filter_map(|robot| robot.kind.as_deref()).collect();
+    let used = names.iter().filter_map(|name| kinds.get(*name));
+    let flock = match &parts.behaviour {
+        Some(Behaviour::Flock(flock)) => flock,
+        Some(Behaviour::Diffuse(diffuse)) => return checker.diffuse(diffuse, used),
+        None => return,
+    };
     let ids: Vec<u32> = parts.robots.iter().filter_map(|robot| robot.id).collect();
     let leader = parts.robots.iter().find(|robot| robot.id == Some(flock.leader));
     let leader_kind = leader.and_then(|robot| kinds.get(robot.kind.as_ref()?));
     checker.leader(flock, &ids, leader_kind);
-    let used = parts.robots.iter().filter_map(|robot| kinds.get(robot.kind.as_ref()?));
     checker.flock_distances(flock, used);
-    if let Some(world) = world {
-        checker.waypoints(flock, leader_kind, world);
+    if let Some(walls) = walls {
+        checker.waypoints(flock, leader_kind, walls);
     }
 }
 
@@ -268,9 +277,13 @@ fn check_robot_file(checker: &mut Checker<'_>, parts: &RobotFileParts) {
     let robots: Vec<_> = parts.robot.iter().cloned().collect();
     checker.links(&robots, parts.beacon.as_ref());
     let own = robots.first().and_then(|robot| robot.id);
-    if let Some(Behaviour::Flock(flock)) = &parts.behaviour {
-        let ids: Vec<u32> = own.into_iter().chain(parts.peers.iter().map(|(_, peer)| peer.id)).collect();
-        checker.leader(flock, &ids, kind.as_ref().filter(|_| own == Some(flock.leader)));
-        checker.flock_distances(flock, kind.iter());
+    match &parts.behaviour {
+        Some(Behaviour::Flock(flock)) => {
+            let ids: Vec<u32> = own.into_iter().chain(parts.peers.iter().map(|(_, peer)| peer.id)).collect();
+            checker.leader(flock, &ids, kind.as_ref().filter(|_| own == Some(flock.leader)));
+            checker.flock_distances(flock, kind.iter());
+        }
+        Some(Behaviour::Diffuse(diffuse)) => checker.diffuse(diffuse, kind.iter()),
+        None => {}
     }
 }

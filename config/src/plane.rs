@@ -75,8 +75,8 @@ pub struct Burst {
 }
 
 /// Log-distance path loss with walls: received power in dB above what half of the messages survive is
-/// `10 exponent log10(half_range_m / d) - wall_db walls + shadow`, and the share that survives is a logistic function of
-/// it, `1 / (1 + exp(-margin / soft_db))`.
+/// `10 exponent log10(half_range_m / d) - wall_db walls + shadow`, and the share that survives is a logistic function
+/// of it, `1 / (1 + exp(-margin / soft_db))`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Propagation {
     /// Path loss exponent, 1..=6 (2: free space).

@@ -151,6 +151,13 @@ impl Report {
         self.keep(at, "", words);
     }
 
+    /// More values than any configuration has.
+    pub(crate) fn too_much(&mut self, at: At, allowed: String) {
+        let advice = "is it the right file? No swarm of 100,000 robots needs more";
+        self.sources[at.source].mark_broken(at.offset);
+        self.keep(at, "", Words::new("too many values", allowed, advice));
+    }
+
     /// `value` if nothing is wrong, else everything that is.
     pub(crate) fn finish<T>(mut self, value: Option<T>) -> Result<T, Problems> {
         self.suggest_from_whole_tree();

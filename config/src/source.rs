@@ -5,8 +5,8 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// Greatest configuration file, bytes. A swarm of 10,000 robots takes about 800 kB.
-pub(crate) const FILE_BYTES_MAX: u64 = 1 << 20;
+/// Greatest configuration file, bytes. A resolved swarm of 100,000 robots takes about 22 MB.
+pub(crate) const FILE_BYTES_MAX: u64 = 32 << 20;
 
 /// A place in one of the sources.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,6 +102,11 @@ impl Unreadable {
 
 /// The text of a configuration file. Never more than [`FILE_BYTES_MAX`] are read, whatever the file is.
 pub(crate) fn read_text(path: &Path) -> Result<String, Unreadable> {
+    read_text_up_to(path, FILE_BYTES_MAX)
+}
+
+/// The text of a file of at most `bytes_max` bytes.
+pub(crate) fn read_text_up_to(path: &Path, bytes_max: u64) -> Result<String, Unreadable> {
     let denied = |error: std::io::Error| {
         Unreadable::new(format!("no readable file ({error})"), "a readable file", "check the path and its permissions")
     };
@@ -110,14 +115,17 @@ pub(crate) fn read_text(path: &Path) -> Result<String, Unreadable> {
         let what = if meta.is_dir() { "a folder" } else { "a device or pipe" };
         return Err(Unreadable::new(what.to_owned(), "a regular file", "name a TOML file"));
     }
+    let too_long = |length: u64| {
+        let advice = "is it the right file? No swarm of 100,000 robots needs more";
+        Unreadable::new(format!("a file of {length} bytes"), &format!("at most {bytes_max} bytes"), advice)
+    };
+    if meta.len() > bytes_max {
+        return Err(too_long(meta.len()));
+    }
     let mut bytes = Vec::new();
-    File::open(path).and_then(|file| file.take(FILE_BYTES_MAX + 1).read_to_end(&mut bytes)).map_err(denied)?;
-    if bytes.len() as u64 > FILE_BYTES_MAX {
-        return Err(Unreadable::new(
-            format!("a file of {} bytes", meta.len().max(bytes.len() as u64)),
-            &format!("at most {FILE_BYTES_MAX} bytes"),
-            "split the swarm; no swarm of 10,000 robots needs more",
-        ));
+    File::open(path).and_then(|file| file.take(bytes_max + 1).read_to_end(&mut bytes)).map_err(denied)?;
+    if bytes.len() as u64 > bytes_max {
+        return Err(too_long(bytes.len() as u64));
     }
     String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();

@@ -48,14 +48,21 @@ impl Swarm {
     pub fn robot_file(&self, id: u32) -> Option<RobotFile> {
         let robot = self.robots.iter().find(|robot| robot.id == id)?;
         let peers = self.robots.iter().filter(|peer| peer.id != id);
-        Some(RobotFile {
+        let peers = peers.map(|peer| Peer { id: peer.id, radius_m: self.kind_of(peer).body.radius_m }).collect();
+        Some(RobotFile { peers, ..self.file_without_peers(robot) })
+    }
+
+    /// The file of one robot of this swarm without its peers: for who keeps one list of them for all robots.
+    #[must_use]
+    pub fn file_without_peers(&self, robot: &Robot) -> RobotFile {
+        RobotFile {
             swarm: self.name.clone(),
             robot: robot.clone(),
             kind: self.kind_of(robot).clone(),
             behaviour: self.behaviour.clone(),
             beacon: self.beacon.clone(),
-            peers: peers.map(|peer| Peer { id: peer.id, radius_m: self.kind_of(peer).body.radius_m }).collect(),
+            peers: Vec::new(),
             record_dir: None,
-        })
+        }
     }
 }

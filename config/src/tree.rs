@@ -132,6 +132,10 @@ pub(crate) fn shorten(text: &str) -> String {
 pub(crate) fn parse_document(report: &mut Report, source: usize) -> Node {
     let root_at = At { source, offset: 0 };
     let text = report.source(source).text().to_owned();
+    if let Some(allowed) = guard::too_much(&text) {
+        report.too_much(root_at, allowed);
+        return Node::empty_table(root_at);
+    }
     if let Some(offset) = guard::too_deep_document(&text) {
         report.too_deep(At { source, offset });
         return Node::empty_table(root_at);
@@ -141,21 +145,23 @@ pub(crate) fn parse_document(report: &mut Report, source: usize) -> Node {
         let offset = error.span().map_or(text.len(), |span| span.start);
         report.syntax(At { source, offset }, error.message());
     }
-    let fields = convert_table(report, source, table.get_ref());
+    let fields = convert_table(report, root_at, table.get_ref());
     Node { at: root_at, text: String::new(), value: Value::Table(fields) }
 }
 
 /// An override's value: TOML if it is some, else the bare string. `offset` is where it starts in its source.
 pub(crate) fn parse_override_value(report: &mut Report, source: usize, offset: usize) -> Node {
     let at = At { source, offset };
-    let text = report.source(source).text().get(offset..).unwrap_or_default().trim().to_owned();
+    let written = report.source(source).text().get(offset..).unwrap_or_default();
+    let text = written.trim().to_owned();
+    let start = At { source, offset: offset + (written.len() - written.trim_start().len()) };
     if guard::too_deep_value(&text).is_some() {
         report.too_deep(at);
         return Node::empty_table(at);
     }
     match DeValue::parse(&text) {
         Ok(value) => {
-            let mut node = convert(report, source, &value);
+            let mut node = convert(report, start, &value);
             node.text = shorten(&text);
             node
         }
@@ -163,28 +169,30 @@ pub(crate) fn parse_override_value(report: &mut Report, source: usize, offset: u
     }
 }
 
-fn convert_table(report: &Report, source: usize, table: &DeTable<'_>) -> Fields {
+/// `start` is where the parsed text begins.
+fn convert_table(report: &Report, start: At, table: &DeTable<'_>) -> Fields {
     let fields = table.iter().map(|(key, value)| {
-        let key_at = At { source, offset: key.span().start };
-        (key.get_ref().to_string(), Field { key_at, node: convert(report, source, value) })
+        let key_at = At { source: start.source, offset: start.offset + key.span().start };
+        (key.get_ref().to_string(), Field { key_at, node: convert(report, start, value) })
     });
     fields.collect()
 }
 
 /// Recursive: the guard bounds the depth.
-fn convert(report: &Report, source: usize, value: &Spanned<DeValue<'_>>) -> Node {
+fn convert(report: &Report, start: At, value: &Spanned<DeValue<'_>>) -> Node {
     let span = value.span();
     let converted = match value.get_ref() {
-        DeValue::Table(table) => Value::Table(convert_table(report, source, table)),
-        DeValue::Array(items) => Value::Array(items.iter().map(|item| convert(report, source, item)).collect()),
+        DeValue::Table(table) => Value::Table(convert_table(report, start, table)),
+        DeValue::Array(items) => Value::Array(items.iter().map(|item| convert(report, start, item)).collect()),
         DeValue::String(text) => Value::String(text.to_string()),
         DeValue::Integer(integer) => Value::Integer(integer_value(integer)),
         DeValue::Float(float) => Value::Float(float.as_str().parse().unwrap_or(f64::INFINITY)),
         DeValue::Boolean(truth) => Value::Bool(*truth),
         DeValue::Datetime(_) => Value::Date,
     };
-    let text = shorten(report.source(source).slice(span.start, span.end));
-    Node { at: At { source, offset: span.start }, text, value: converted }
+    let at = At { source: start.source, offset: start.offset + span.start };
+    let text = shorten(report.source(at.source).slice(at.offset, start.offset + span.end));
+    Node { at, text, value: converted }
 }
 
 fn integer_value(integer: &DeInteger<'_>) -> Option<i128> {

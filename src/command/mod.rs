@@ -4,6 +4,8 @@
 pub(crate) mod bench;
 pub(crate) mod check;
 pub(crate) mod run;
+#[cfg(feature = "sim")]
+pub(crate) mod sim;
 pub(crate) mod stop;
 #[cfg(feature = "sim")]
 pub(crate) mod up;

@@ -1,9 +1,10 @@
 //! A kind: its parts must fit together, and it must be able to stop within what it sees.
 
 use super::Checker;
+use crate::geometry::{contains, distance, reflex_corner, self_intersection};
 use crate::path::join;
 use crate::report::Words;
-use crate::{AgilexModel, BeaconPlane, Drive, Kind, Lidar, LidarLink};
+use crate::{AgilexModel, BeaconPlane, Body, Drive, Kind, Lidar, LidarLink, Mount};
 use std::collections::BTreeMap;
 
 /// OBSTACLE_DISTANCE carries this many ranges.
@@ -18,6 +19,7 @@ impl Checker<'_> {
         self.drive(prefix, kind);
         self.lidar_link(prefix, kind);
         self.lidar_range(prefix, kind);
+        self.mount(prefix, kind);
         self.stopping_distance(prefix, kind);
         self.periods(prefix, kind);
     }
@@ -35,6 +37,44 @@ impl Checker<'_> {
             let expected = format!("at most the body's diameter, 2 * radius_m = {diameter_m}");
             let words = Words::new(kind.body.track_m.to_string(), expected, "make the disc hold the wheels");
             self.report.push_path(self.root, &join(prefix, "body.track_m"), words);
+        }
+        self.footprint(prefix, &kind.body);
+    }
+
+    /// The outline of the simulated body: convex, around the origin, within the disc.
+    fn footprint(&mut self, prefix: &str, body: &Body) {
+        let points = &body.footprint_m;
+        if points.is_empty() {
+            return;
+        }
+        let path = join(prefix, "body.footprint_m");
+        let far_m = points.iter().map(|point| distance(*point, [0.0, 0.0])).fold(0.0, f64::max);
+        let words = if let Some((first, second)) = self_intersection(points) {
+            let found = format!("edges {first} and {second} that touch or cross");
+            Words::new(found, "a convex outline", "list the corners in order, each once")
+        } else if let Some(corner) = reflex_corner(points) {
+            let [x_m, y_m] = points[corner];
+            let found = format!("a corner [{x_m}, {y_m}] that points inwards or lies on an edge");
+            Words::new(found, "a convex outline", "leave that corner out: the outline may be larger than the body")
+        } else if far_m > body.radius_m {
+            let expected = format!("corners within radius_m = {} of the point between the wheels", body.radius_m);
+            Words::new(format!("a corner {far_m:.3} m away"), expected, "raise body.radius_m: the disc holds the body")
+        } else if !contains(points, [0.0, 0.0]) {
+            let advice = "give corners in the body frame: x ahead, y to the left";
+            Words::new("an outline beside it", "an outline around the point between the wheels", advice)
+        } else {
+            return;
+        };
+        self.report.push_path(self.root, &path, words);
+    }
+
+    /// The sensor sits on the body.
+    fn mount(&mut self, prefix: &str, kind: &Kind) {
+        let away_m = mount_distance_m(&kind.lidar);
+        if away_m > kind.body.radius_m {
+            let expected = format!("within body.radius_m = {} of the point between the wheels", kind.body.radius_m);
+            let words = Words::new(format!("{away_m:.3} m away from it"), expected, "measure again");
+            self.report.push_path(self.root, &join(prefix, "lidar.mount"), words);
         }
     }
 
@@ -103,6 +143,11 @@ impl Checker<'_> {
             let words = Words::new(lidar.beams.to_string(), expected, "use fewer sectors: each is a message");
             self.report.push_path(self.root, &join(prefix, "lidar.beams"), words);
         }
+        if lidar.fov_rad < std::f64::consts::TAU {
+            let expected = format!("{}, a full turn, over dronecan", std::f64::consts::TAU);
+            let words = Words::new(lidar.fov_rad.to_string(), expected, "leave it out: the sectors go all around");
+            self.report.push_path(self.root, &join(prefix, "lidar.fov_rad"), words);
+        }
     }
 
     fn lidar_range(&mut self, prefix: &str, kind: &Kind) {
@@ -121,10 +166,14 @@ impl Checker<'_> {
     }
 
     fn stopping_distance(&mut self, prefix: &str, kind: &Kind) {
-        let (stop_m, far_m) = (kind.stopping_distance_m(), kind.lidar.range_m_max);
+        // A sensor that sits at the back sees less far ahead.
+        let (stop_m, far_m) = (kind.stopping_distance_m(), kind.lidar.range_m_max - mount_distance_m(&kind.lidar));
         if stop_m > far_m {
             let found = format!("{} (stops within {stop_m:.2} m)", kind.motion.speed_mps_max);
-            let expected = format!("a stopping distance of at most lidar.range_m_max = {far_m} m");
+            let expected = match kind.lidar.mount == Mount::default() {
+                true => format!("a stopping distance of at most lidar.range_m_max = {far_m} m"),
+                false => format!("a stopping distance of at most lidar.range_m_max less the mount's = {far_m:.3} m"),
+            };
             let advice = "lower speed_mps_max, raise brake_mps2, shorten timeouts.scan_ms, or see farther";
             let path = self.deciding(prefix, "motion", "speed_mps_max");
             self.report.push_path(self.root, &path, Words::new(found, expected, advice));
@@ -166,6 +215,11 @@ impl Checker<'_> {
     pub(crate) fn peer_period(&mut self, prefix: &str, kind: &Kind, beacon: &BeaconPlane) {
         self.period(prefix, "peer_ms", kind.timeouts.peer_ms, ("beacon.rate_hz", beacon.rate_hz));
     }
+}
+
+/// How far the sensor sits from the point between the wheels, metres.
+fn mount_distance_m(lidar: &Lidar) -> f64 {
+    distance([lidar.mount.x_m, lidar.mount.y_m], [0.0, 0.0])
 }
 
 /// What the maker's driver clamps to (ugv_sdk), m/s, where it is known.

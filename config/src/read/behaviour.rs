@@ -1,15 +1,29 @@
 //! Reads what a swarm is to do.
 
 use crate::reader::Table;
-use crate::{Behaviour, Flock};
+use crate::{Behaviour, Diffuse, Flock};
 
 /// Most waypoints.
 const WAYPOINTS_MAX: usize = 10_000;
 
 /// Reads `[behaviour]`.
 pub(crate) fn behaviour(table: &mut Table<'_>) -> Option<Behaviour> {
-    table.word("kind", &["flock"])?;
-    flock(table).map(Behaviour::Flock)
+    match table.word("kind", &["flock", "diffuse"])? {
+        0 => flock(table).map(Behaviour::Flock),
+        _ => diffuse(table).map(Behaviour::Diffuse),
+    }
+}
+
+fn diffuse(table: &mut Table<'_>) -> Option<Diffuse> {
+    // A walk's pace, a third of what the shipped robots can do: many of them meet each other all the time.
+    let speed_mps = table.number("speed_mps", 0.01..=10.0, Some(0.5));
+    // A half turn in three seconds: at 20 Hz the heading moves 3 degrees a tick, less than a beam's width.
+    let turn_radps = table.number("turn_radps", 0.01..=10.0, Some(1.0));
+    // Body and margin of the shipped robots, and as much again: the law turns before the supervisor stops.
+    let clearance_m = table.number("clearance_m", 0.05..=100.0, Some(1.0));
+    // Nearly 60 degrees to either side: what a body as wide as the clearance would touch, going straight on.
+    let ahead_rad = table.number("ahead_rad", 0.1..=std::f64::consts::PI, Some(1.0));
+    Some(Diffuse { speed_mps: speed_mps?, turn_radps: turn_radps?, clearance_m: clearance_m?, ahead_rad: ahead_rad? })
 }
 
 /// Defaults are the paper's values, scaled from its 100 mm spacing to 1.8 m (lengths times 18, times kept), unless

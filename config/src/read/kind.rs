@@ -1,8 +1,10 @@
 //! Reads a robot kind.
 
+use crate::geometry::signed_area;
 use crate::reader::{NAME, Table};
 use crate::report::Words;
-use crate::{AgilexModel, Body, Drive, Kind, Lidar, LidarLink, Motion, Sim, Timeouts};
+use crate::{AgilexModel, Body, Drive, Kind, Lidar, LidarLink, Motion, Mount, Sim, SimMotion, Timeouts};
+use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
 /// MAVLink component ids; 0 is "all".
@@ -15,6 +17,9 @@ const COMPONENT_ONBOARD_COMPUTER: u8 = 191;
 const COMPONENT_OBSTACLE_AVOIDANCE: u8 = 196;
 /// 20 Hz: one odometry a tick at the default tick.
 const TELEMETRY_HZ_DEFAULT: u32 = 20;
+
+/// Most corners of a footprint: the simulated body is held against walls edge by edge.
+const FOOTPRINT_CORNERS_MAX: usize = 64;
 
 /// A number's key and its least and greatest value.
 type NumberKey = (&'static str, f64, f64);
@@ -111,7 +116,16 @@ fn kind_name(table: &mut Table<'_>, name: Option<&str>) -> Option<String> {
 fn body(table: &mut Table<'_>) -> Option<Body> {
     let radius_m = table.number("radius_m", 0.02..=5.0, None);
     let track_m = table.number("track_m", 0.02..=5.0, None);
-    Some(Body { radius_m: radius_m?, track_m: track_m?, footprint_m: Vec::new() })
+    let footprint_m = table.optional_points("footprint_m", 3..=FOOTPRINT_CORNERS_MAX);
+    Some(Body { radius_m: radius_m?, track_m: track_m?, footprint_m: counter_clockwise(footprint_m?) })
+}
+
+/// The same outline, counter-clockwise.
+fn counter_clockwise(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    if signed_area(&points) < 0.0 {
+        points.reverse();
+    }
+    points
 }
 
 fn drive(table: &mut Table<'_>) -> Option<Drive> {
@@ -175,15 +189,26 @@ fn lidar(table: &mut Table<'_>) -> Option<Lidar> {
     let range_m_min = table.number("range_m_min", 0.0..=10.0, None);
     let range_m_max = table.number("range_m_max", 0.1..=600.0, None);
     let rate_hz = table.number("rate_hz", 1.0..=50.0, None);
+    // All around, as most bridges give it.
+    let fov_rad = table.number("fov_rad", 0.01..=TAU, Some(TAU));
+    let mount = table.section("mount", mount);
     Some(Lidar {
         link: link?,
         beams: beams?,
         range_m_min: range_m_min?,
         range_m_max: range_m_max?,
         rate_hz: rate_hz?,
-        fov_rad: std::f64::consts::TAU,
-        mount: crate::Mount::default(),
+        fov_rad: fov_rad?,
+        mount: mount?,
     })
+}
+
+/// Without it the sensor sits in the middle and looks ahead.
+fn mount(table: &mut Table<'_>) -> Option<Mount> {
+    let x_m = table.number("x_m", -5.0..=5.0, Some(0.0));
+    let y_m = table.number("y_m", -5.0..=5.0, Some(0.0));
+    let yaw_rad = table.number("yaw_rad", -TAU..=TAU, Some(0.0));
+    Some(Mount { x_m: x_m?, y_m: y_m?, yaw_rad: yaw_rad? })
 }
 
 fn lidar_link(table: &mut Table<'_>) -> Option<LidarLink> {
@@ -208,14 +233,20 @@ fn sim(table: &mut Table<'_>) -> Option<Sim> {
     let beam_dropout = table.number("beam_dropout", 0.0..=1.0, Some(0.01));
     // Long enough to be seen to wait, short enough for a test.
     let prearm_s = table.number("prearm_s", 0.0..=120.0, Some(1.0));
+    let range_step_m = table.number("range_step_m", 0.0..=1.0, Some(0.0));
+    let scan_sweep = table.bool("scan_sweep", Some(false));
+    let motion = table.choice("motion", &["diff_drive", "point"]).map(|index| match index {
+        0 => SimMotion::DiffDrive,
+        _ => SimMotion::Point,
+    });
     Some(Sim {
         slip_std: slip_std?,
         range_noise_m: range_noise_m?,
         beam_dropout: beam_dropout?,
         prearm_s: prearm_s?,
-        range_step_m: 0.0,
-        scan_sweep: false,
-        motion: crate::SimMotion::default(),
+        range_step_m: range_step_m?,
+        scan_sweep: scan_sweep?,
+        motion: motion?,
     })
 }
 

@@ -1,6 +1,8 @@
 //! From a tree to values: one file for each part of a configuration.
 
 pub(crate) mod behaviour;
+pub(crate) mod fleet;
+pub(crate) mod generate;
 pub(crate) mod kind;
 pub(crate) mod plane;
 pub(crate) mod robot;

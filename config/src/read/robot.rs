@@ -2,15 +2,16 @@
 
 use super::kind::KindParts;
 use super::{behaviour, kind, plane};
+use crate::path::join;
 use crate::reader::{COORDINATE_M_MAX, FOLDER, NAME, Table, TextRule};
 use crate::{BeaconPlane, Behaviour, Drive, Links, Peer, Robot, Start};
 
 /// First port of virtual autopilots: above the ports of ground stations (14550 and its neighbours).
 pub(crate) const MAVLINK_PORT_BASE: u16 = 14_600;
-/// Most robots of one swarm.
-pub(crate) const ROBOTS_MAX: usize = 10_000;
+/// Most robots of one swarm, fleets and all.
+pub(crate) const ROBOTS_MAX: usize = 100_000;
 
-/// What could be read of a robot; `path` is its key.
+/// What could be read of a robot; `path` is its key, or its fleet's.
 #[derive(Clone, Debug)]
 pub(crate) struct RobotParts {
     pub(crate) path: String,
@@ -18,9 +19,15 @@ pub(crate) struct RobotParts {
     pub(crate) kind: Option<String>,
     pub(crate) start: Option<Start>,
     pub(crate) links: Option<Links>,
+    pub(crate) of_fleet: bool,
 }
 
 impl RobotParts {
+    /// The key that says its id.
+    pub(crate) fn id_path(&self) -> String {
+        join(&self.path, if self.of_fleet { "first_id" } else { "id" })
+    }
+
     /// The robot, if all of it could be read.
     pub(crate) fn robot(&self) -> Option<Robot> {
         let (id, kind) = (self.id?, self.kind.clone()?);
@@ -39,7 +46,7 @@ pub(crate) fn robot(
     let start = table.table("start", start);
     let drive = kind.as_deref().and_then(drive_of);
     let links = table.section("links", |table| links(table, drive, id, port_base));
-    Some(RobotParts { path: table.path().to_owned(), id, kind, start, links })
+    Some(RobotParts { path: table.path().to_owned(), id, kind, start, links, of_fleet: false })
 }
 
 fn start(table: &mut Table<'_>) -> Option<Start> {
@@ -53,14 +60,14 @@ fn start(table: &mut Table<'_>) -> Option<Start> {
 fn links(table: &mut Table<'_>, drive: Option<Drive>, id: Option<u32>, port_base: Option<u16>) -> Option<Links> {
     match drive {
         Some(Drive::Mavlink { .. }) => {
-            let port = id.zip(port_base).and_then(|(id, base)| u16::try_from(u32::from(base).checked_add(id)?).ok());
-            let derived = port.map(|port| format!("udpout:127.0.0.1:{port}"));
+            let derived = id.zip(port_base).and_then(|(id, base)| derived_autopilot(id, base));
             let autopilot = table.derived_text("autopilot", &MAVLINK_ADDRESS, derived)?;
             Some(Links::Mavlink { autopilot })
         }
         Some(Drive::AgilexV2 { .. }) => {
-            let drive = table.derived_text("drive", &CAN_BUS, id.map(|id| format!("vcan{id}d")));
-            let lidar = table.derived_text("lidar", &CAN_BUS, id.map(|id| format!("vcan{id}l")));
+            let [drive, lidar] = id.map(derived_buses).map_or([None, None], |buses| buses.map(Some));
+            let drive = table.derived_text("drive", &CAN_BUS, drive);
+            let lidar = table.derived_text("lidar", &CAN_BUS, lidar);
             Some(Links::Can { drive: drive?, lidar: lidar? })
         }
         None => {
@@ -70,6 +77,27 @@ fn links(table: &mut Table<'_>, drive: Option<Drive>, id: Option<u32>, port_base
             None
         }
     }
+}
+
+/// The links of robot `id`, as far as its id says them.
+pub(crate) fn derived_links(drive: Drive, id: u32, port_base: u16) -> Option<Links> {
+    match drive {
+        Drive::Mavlink { .. } => derived_autopilot(id, port_base).map(|autopilot| Links::Mavlink { autopilot }),
+        Drive::AgilexV2 { .. } => {
+            let [drive, lidar] = derived_buses(id);
+            Some(Links::Can { drive, lidar })
+        }
+    }
+}
+
+fn derived_autopilot(id: u32, port_base: u16) -> Option<String> {
+    let port = u16::try_from(u32::from(port_base).checked_add(id)?).ok()?;
+    Some(format!("udpout:127.0.0.1:{port}"))
+}
+
+/// At most 15 characters, whatever the id: what Linux allows.
+fn derived_buses(id: u32) -> [String; 2] {
+    [format!("vcan{id}d"), format!("vcan{id}l")]
 }
 
 const MAVLINK_ADDRESS: TextRule = TextRule {

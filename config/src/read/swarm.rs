@@ -1,12 +1,17 @@
 //! Reads a swarm.
 
+use super::fleet::FleetParts;
 use super::kind::{KindParts, Tightening};
 use super::robot::{MAVLINK_PORT_BASE, ROBOTS_MAX, RobotParts};
 use super::world::WorldParts;
-use super::{behaviour, kind, plane, robot, world};
+use super::{behaviour, fleet, kind, plane, robot, world};
 use crate::reader::{FOLDER, NAME, Table};
 use crate::{BeaconPlane, Behaviour, Kind, Radio};
 use std::collections::BTreeMap;
+
+/// The seed of a swarm that has none, and of a world on its own: any fixed one, so that the same file does the same
+/// twice.
+pub(crate) const SEED: u64 = 1;
 
 /// What could be read of a swarm.
 #[derive(Debug)]
@@ -20,6 +25,7 @@ pub(crate) struct SwarmParts {
     pub(crate) world: Option<WorldParts>,
     pub(crate) kinds: BTreeMap<String, KindParts>,
     pub(crate) robots: Vec<RobotParts>,
+    pub(crate) fleets: Vec<FleetParts>,
     pub(crate) behaviour: Option<Behaviour>,
     pub(crate) beacon: Option<BeaconPlane>,
     pub(crate) radio: Option<Radio>,
@@ -29,14 +35,13 @@ pub(crate) struct SwarmParts {
 /// Reads what there is.
 pub(crate) fn swarm(table: &mut Table<'_>) -> Option<SwarmParts> {
     let name = table.text("name", &NAME, None);
-    // Any fixed seed: the same file does the same twice.
-    let seed = table.integer("seed", 0..=u64::MAX, Some(1));
+    let seed = table.integer("seed", 0..=u64::MAX, Some(SEED));
     let duration_s = table.number("duration_s", 0.1..=86_400.0, None);
     // Ten steps a tick at the default tick: the body's motion between ticks is smooth.
     let step_ms = table.integer_u32("step_ms", 1..=50, Some(5));
     let record_dir = table.text("record_dir", &FOLDER, Some("recordings"));
     let mavlink_port_base = table.integer_u16("mavlink_port_base", 1_024..=65_285, MAVLINK_PORT_BASE);
-    let world = table.table("world", world::world);
+    let world = table.table("world", |table| world::world(table, seed.unwrap_or(SEED)));
     let kinds = table.named_tables("kinds", |name, table| kind::kind(table, Some(name)));
     let kinds: BTreeMap<String, KindParts> = kinds.unwrap_or_default().into_iter().collect();
     let motion = table.optional_table("motion", kind::tighter_motion).flatten();
@@ -45,6 +50,8 @@ pub(crate) fn swarm(table: &mut Table<'_>) -> Option<SwarmParts> {
         robot::robot(table, mavlink_port_base, |kind| kinds.get(kind).and_then(|kind| kind.drive))
     });
     let robots = robots.unwrap_or_default().into_iter().map(|(_, robot)| robot).collect();
+    let fleets = table.tables("fleet", fleet::FLEETS_MAX, fleet::fleet).unwrap_or_default();
+    let fleets = fleets.into_iter().map(|(_, fleet)| fleet).collect();
     let behaviour = table.table("behaviour", behaviour::behaviour);
     let beacon = table.section("beacon", plane::beacon);
     let radio = table.section("radio", plane::radio);
@@ -59,6 +66,7 @@ pub(crate) fn swarm(table: &mut Table<'_>) -> Option<SwarmParts> {
         world,
         kinds,
         robots,
+        fleets,
         behaviour,
         beacon,
         radio,

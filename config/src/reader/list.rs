@@ -81,6 +81,54 @@ impl<'r> Table<'r> {
         points.into_iter().collect()
     }
 
+    /// The same list; not there: empty.
+    pub(crate) fn optional_points(&mut self, key: &'static str, count: RangeInclusive<usize>) -> Option<Vec<[f64; 2]>> {
+        self.optional(key, &format!("a list of {}..={} points [x, y]", count.start(), count.end()), "none");
+        if self.has(key) { self.points(key, count) } else { Some(Vec::new()) }
+    }
+
+    /// Two points, the south-west and the north-east corner of a rectangle, metres; it may be absent.
+    pub(crate) fn optional_region(&mut self, key: &'static str) -> Option<Option<[[f64; 2]; 2]>> {
+        const ALLOWED: &str = "two points [[x_min, y_min], [x_max, y_max]]";
+        self.optional(key, ALLOWED, "the bounds of the world's enclosure or map");
+        let Some(node) = self.fields.get(key).map(|field| &field.node) else { return Some(None) };
+        let Some([low, high]) = node.items() else {
+            self.wrong(key, node, ALLOWED, "write the south-west corner and the north-east one");
+            return None;
+        };
+        let path = join(&self.path, key);
+        let (low, high) = (self.point_of(low, &format!("{path}[0]")), self.point_of(high, &format!("{path}[1]")));
+        let (low, high) = (low?, high?);
+        if low[0] < high[0] && low[1] < high[1] {
+            return Some(Some([low, high]));
+        }
+        self.problem(key, Words::new(node.text.clone(), format!("{ALLOWED}, each min below its max"), "swap them?"));
+        None
+    }
+
+    /// A list of 1 to `count_max` ids of robots.
+    pub(crate) fn ids(&mut self, key: &'static str, count_max: usize) -> Option<Vec<u32>> {
+        let allowed = format!("a list of 1..={count_max} ids of robots");
+        let items = self.list(key, &allowed, count_max, false)?;
+        if items.is_empty() {
+            let node = &self.fields.get(key)?.node;
+            self.wrong(key, node, &allowed, "add ids");
+            return None;
+        }
+        let path = join(&self.path, key);
+        let mut ids = Vec::with_capacity(items.len());
+        for (index, item) in items.iter().enumerate() {
+            match id_of(item) {
+                Some(id) => ids.push(id),
+                None => {
+                    let words = Words::new(item.shown(), "a whole number in 1..=4294967295", "write a robot's id");
+                    self.report.push(item.at, &format!("{path}[{index}]"), words);
+                }
+            }
+        }
+        (ids.len() == items.len()).then_some(ids)
+    }
+
     /// A point `[x, y]`, metres.
     pub(crate) fn point(&mut self, key: &'static str) -> Option<[f64; 2]> {
         let node = self.scalar(key, POINT, None)?;
@@ -125,5 +173,13 @@ impl<'r> Table<'r> {
                 None
             }
         }
+    }
+}
+
+fn id_of(node: &Node) -> Option<u32> {
+    match &node.value {
+        Value::Integer(Some(value)) => u32::try_from(*value).ok().filter(|id| *id > 0),
+        Value::Integer(None) | Value::Float(_) | Value::Table(_) | Value::Array(_) => None,
+        Value::String(_) | Value::Bool(_) | Value::Date => None,
     }
 }

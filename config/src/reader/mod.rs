@@ -3,14 +3,14 @@
 use crate::path::join;
 use crate::report::{KeyDoc, Report, Words};
 use crate::source::At;
-use crate::tree::{Fields, Node};
+use crate::tree::{Field, Fields, Node, Value};
 
 mod list;
 mod rule;
 mod scalar;
 
 pub(crate) use list::COORDINATE_M_MAX;
-pub(crate) use rule::{FOLDER, IPV4, IPV4_GROUP, NAME, TextRule};
+pub(crate) use rule::{FILE, FOLDER, IPV4, IPV4_GROUP, NAME, TextRule};
 
 /// A table that is being read.
 pub(crate) struct Table<'r> {
@@ -74,6 +74,33 @@ impl<'r> Table<'r> {
     ) -> Option<Option<T>> {
         self.optional(key, "a table", "none");
         if self.has(key) { self.table(key, read).map(Some) } else { Some(None) }
+    }
+
+    /// A table that may be absent and may be given as the file that its key `file` would name.
+    pub(crate) fn optional_file_table<T>(
+        &mut self,
+        key: &'static str,
+        read: impl FnOnce(&mut Table<'_>) -> Option<T>,
+    ) -> Option<Option<T>> {
+        self.optional(key, "a table or the path of a file", "none");
+        let Some(field) = self.fields.get(key) else { return Some(None) };
+        let place = (join(&self.path, key), join(&self.shape, key));
+        let mut named = Node::empty_table(field.node.at);
+        let node = match (&field.node.value, named.fields_mut()) {
+            (Value::String(_), Some(fields)) => {
+                fields.insert("file".to_owned(), Field { key_at: field.key_at, node: field.node.clone() });
+                &named
+            }
+            (Value::String(_) | Value::Table(_) | Value::Array(_) | Value::Integer(_), _)
+            | (Value::Float(_) | Value::Bool(_) | Value::Date, _) => &field.node,
+        };
+        read_table(self.report, node, (&place.0, &place.1), read).map(Some)
+    }
+
+    /// The report, and the place of the value of `key` (of the table, if it is not there).
+    pub(crate) fn report_at(&mut self, key: &str) -> (&mut Report, At) {
+        let at = self.fields.get(key).map_or(self.at, |field| field.node.at);
+        (self.report, at)
     }
 
     /// A problem with `key` of this table.

@@ -24,6 +24,13 @@ pub(crate) const FOLDER: TextRule = TextRule {
     accepts: |text| !text.is_empty() && text.len() <= 4_096 && !text.contains('\0'),
 };
 
+/// A file.
+pub(crate) const FILE: TextRule = TextRule {
+    allowed: "the path of a file",
+    advice: "name a file, relative to this one's folder",
+    accepts: |text| !text.is_empty() && text.len() <= 4_096 && !text.contains('\0'),
+};
+
 /// An IPv4 address.
 pub(crate) const IPV4: TextRule = TextRule {
     allowed: "an IPv4 address",

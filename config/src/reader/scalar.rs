@@ -38,6 +38,28 @@ impl Table<'_> {
         if self.has(key) { self.number(key, range, None) } else { None }
     }
 
+    /// A number that follows from others unless it is given; `default` says how. Outer `None`: it is there and wrong.
+    pub(crate) fn derived_number(
+        &mut self,
+        key: &'static str,
+        range: RangeInclusive<f64>,
+        default: &str,
+    ) -> Option<Option<f64>> {
+        self.optional(key, &format!("a number in {}..={}", range.start(), range.end()), default);
+        if self.has(key) { self.number(key, range, None).map(Some) } else { Some(None) }
+    }
+
+    /// A whole number that may be absent; `otherwise` says what counts then. Outer `None`: it is there and wrong.
+    pub(crate) fn optional_integer(
+        &mut self,
+        key: &'static str,
+        range: RangeInclusive<u64>,
+        otherwise: &str,
+    ) -> Option<Option<u64>> {
+        self.optional(key, &format!("a whole number in {}..={}", range.start(), range.end()), otherwise);
+        if self.has(key) { self.integer(key, range, None).map(Some) } else { Some(None) }
+    }
+
     /// A timeout that may be absent, without a default.
     pub(crate) fn optional_timeout(&mut self, key: &'static str, range: RangeInclusive<u32>) -> Option<u32> {
         self.optional(key, &format!("a whole number in {}..={}", range.start(), range.end()), "none");
@@ -181,8 +203,7 @@ impl Table<'_> {
 
     /// One of `words`, which decides what other keys may stand here: its index.
     pub(crate) fn word(&mut self, key: &'static str, words: &[&str]) -> Option<usize> {
-        let quoted: Vec<String> = words.iter().map(|word| format!("{word:?}")).collect();
-        let allowed = format!("one of {}", quoted.join(", "));
+        let allowed = one_of(words);
         let node = self.scalar(key, &allowed, None);
         let found = match node.map(|node| &node.value) {
             Some(Value::String(text)) => text.as_str(),
@@ -197,6 +218,24 @@ impl Table<'_> {
         }
         index
     }
+
+    /// One of `words`, the first of which is the default; no other key depends on it. Its index.
+    pub(crate) fn choice(&mut self, key: &'static str, words: &[&str]) -> Option<usize> {
+        let default = words.first().map(|word| format!("{word:?}"));
+        self.optional(key, &one_of(words), &default.unwrap_or_default());
+        if !self.has(key) {
+            return Some(0);
+        }
+        let undecided = self.undecided;
+        let index = self.word(key, words);
+        self.undecided = undecided;
+        index
+    }
+}
+
+fn one_of(words: &[&str]) -> String {
+    let quoted: Vec<String> = words.iter().map(|word| format!("{word:?}")).collect();
+    format!("one of {}", quoted.join(", "))
 }
 
 fn number_advice(node: &Node) -> &'static str {

@@ -395,7 +395,7 @@ fn unsound_shapes_are_refused() {
     const BUTTRESS: &str = "[[6.5, 9.0], [8.0, 9.0], [8.0, 14.0], [6.5, 14.0]]";
     const KEY: &str = "world.polygons[1].points_m";
     check(&[
-        (ROOM, BUTTRESS, "[[6.5, 9.0], [8.0, 9.0]]", KEY, Some(0), ["a list of 2", "3..=1000 points", "add points"]),
+        (ROOM, BUTTRESS, "[[6.5, 9.0], [8.0, 9.0]]", KEY, Some(0), ["a list of 2", "3..=20000 points", "add points"]),
         (
             ROOM,
             BUTTRESS,
@@ -510,6 +510,8 @@ fn what_is_no_configuration_says_so() {
     assert!(binary.contains("not UTF-8 (first at byte 11, in line 2)"), "{binary}");
     assert!(check_file(bench.folder.path()).expect_err("a folder").to_string().contains("found a folder"));
     assert!(check_file(Path::new("/dev/zero")).expect_err("a device").to_string().contains("a device or pipe"));
-    let huge = problems("huge.toml", &b"# filler\n".repeat(200_000));
-    assert!(huge.contains("a file of 1800000 bytes; allowed: at most 1048576 bytes"), "{huge}");
+    let huge = problems("huge.toml", &b"# filler\n".repeat(4_000_000));
+    assert!(huge.contains("a file of 36000000 bytes; allowed: at most 33554432 bytes"), "{huge}");
+    let full = problems("full.toml", &b"a = [1,1,1,1]\n".repeat(700_000));
+    assert!(full.contains("too many values; allowed: at most 4000000"), "{full}");
 }

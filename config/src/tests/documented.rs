@@ -68,11 +68,34 @@ fn accepted() -> Keys {
     let mut report = Report::default();
     assert!(read(&mut report, &shipped("worlds/room.toml"), &[], load::read_world).is_some());
     keep(&mut keys, WORLD, &report, &[]);
+    let mut report = Report::default();
+    assert!(read(&mut report, &shipped("worlds/cafe.toml"), &[], load::read_world).is_some());
+    keep(&mut keys, WORLD, &report, &[]);
+    for path in super::generated::worlds() {
+        let mut report = Report::default();
+        assert!(read(&mut report, &path, &[], load::read_world).is_some());
+        keep(&mut keys, WORLD, &report, &[]);
+    }
     let path = shipped("swarms/first.toml");
     let mut report = Report::default();
     let swarm = read(&mut report, &path, &[], load::read_swarm).expect("shipped");
     let tighter = ["motion.margin_m=0.5", "timeouts.scan_ms=250"].map(|set| Override::parse(set).expect("a key"));
     assert!(read(&mut report, &path, &tighter, load::read_swarm).is_some());
+    // Whatever may be left out altogether, and the other behaviour.
+    let more = [
+        "fleet=[{ kind = \"scout_mini\", count = 1, first_id = 6 }]",
+        "radio.burst={ enter_per_s = 1, leave_per_s = 1 }",
+        "radio.propagation={ half_range_m = 50 }",
+        "radio.airtime={}",
+        "radio.partitions=[{ from_s = 1, until_s = 2, ids = [1] }]",
+        "behaviour={ kind = \"diffuse\" }",
+    ];
+    let more = more.map(|set| Override::parse(set).expect("a key"));
+    assert!(read(&mut report, &path, &more, load::read_swarm).is_some());
+    let mut world = Report::default();
+    let room = Override::parse("polylines=[{ points_m = [[1, 1], [2, 1]] }]").expect("a key");
+    assert!(read(&mut world, &shipped("worlds/room.toml"), &[room], load::read_world).is_some());
+    keep(&mut keys, WORLD, &world, &[]);
     keep(&mut keys, SWARM, &report, &["kinds.NAME.", "world."]);
     keep_robot_file(&mut keys, &swarm);
     keys

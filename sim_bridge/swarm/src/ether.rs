@@ -3,7 +3,7 @@
 use drover_config::Swarm;
 use drover_contract::{Link, Stamp};
 use drover_io::MemoryLink;
-use drover_world::{Radio, Scene};
+use drover_world::{Radio, RadioTally, Scene};
 use std::sync::Arc;
 
 /// Longest message on the beacon plane.
@@ -27,6 +27,16 @@ impl Ether {
     /// Robot `index` has a new beacon link; what the old one held is lost.
     pub(crate) fn replace(&mut self, index: usize, end: MemoryLink) {
         self.ends[index] = end;
+    }
+
+    /// What happened so far.
+    pub(crate) fn tally(&self) -> RadioTally {
+        self.radio.tally()
+    }
+
+    /// Heap bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        self.radio.bytes()
     }
 
     /// Carry what was sent, with the bodies where `scene` has them.

@@ -11,7 +11,9 @@ use drover_config::{Links, Swarm};
 use drover_contract::{CanBus, Clock, Link, Stamp};
 use drover_io::{ManualClock, MemoryBus, MemoryLink, MemoryNode, OpenError, Recorder, memory_link};
 use drover_robot::{Assembly, Hardware, RobotLoop, StopReason, View, assemble};
-use drover_world::{Packet, PeerKey, Plant, Port};
+use crate::trial::Trial;
+use drover_core::Status;
+use drover_world::{Arena, Packet, PeerKey, Plant, Port, RadioTally};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -126,9 +128,7 @@ impl VirtualSwarm {
             robot.turn(&self.clock);
         }
         self.deliver_to_plant(now);
-        let positions_w: Vec<_> =
-            (0..self.far_ends.len()).map(|index| self.plant.truth(index).pose_wb.position()).collect();
-        self.ether.turn(now, &positions_w[..]);
+        self.ether.turn(now, self.plant.arena().place());
         self.tally(now);
     }
 
@@ -169,12 +169,13 @@ impl VirtualSwarm {
     }
 
     fn all_reached(&self) -> bool {
-        let mut running = self.robots.iter().zip(&self.tallies).filter(|(robot, _)| robot.is_some()).peekable();
-        running.peek().is_some() && running.all(|(_, tally)| tally.view.as_ref().is_some_and(|view| view.reached))
+        let mut running = self.robots.iter().flatten().peekable();
+        running.peek().is_some() && running.all(|robot| robot.status().reached)
     }
 
     fn end(&mut self) {
         const PATIENCE_S: f64 = 10.0;
+        self.look();
         self.tallies.iter_mut().for_each(Tally::note_end);
         let now = self.now();
         for robot in self.robots.iter_mut().flatten() {
@@ -184,6 +185,7 @@ impl VirtualSwarm {
         while self.now() < limit && self.robots.iter().flatten().any(|robot| !robot.ended()) {
             self.step();
         }
+        self.look();
     }
 
     fn deliver_from_plant(&mut self) {
@@ -219,12 +221,57 @@ impl VirtualSwarm {
         }
     }
 
+    /// Who has come to the end, and when; what else there is to see of a robot is looked at in the end.
     fn tally(&mut self, now: Stamp) {
+        for (robot, tally) in self.robots.iter().zip(&mut self.tallies) {
+            if robot.as_ref().is_some_and(|robot| robot.status().reached) {
+                tally.reached_s.get_or_insert(now.as_secs_f64());
+            }
+        }
+    }
+
+    fn look(&mut self) {
+        let now = self.now();
         for (robot, tally) in self.robots.iter().zip(&mut self.tallies) {
             if let Some(robot) = robot {
                 tally.see(View::of(robot, now), now.as_secs_f64());
             }
         }
+    }
+}
+
+impl Trial for VirtualSwarm {
+    fn now(&self) -> Stamp {
+        self.now()
+    }
+
+    fn step(&mut self) {
+        self.step();
+    }
+
+    fn arena(&self) -> &Arena {
+        self.plant.arena()
+    }
+
+    fn status(&self, robot: usize) -> Option<&Status> {
+        self.robot(robot).map(RobotLoop::status)
+    }
+
+    fn radio(&self) -> RadioTally {
+        self.ether.tally()
+    }
+
+    fn aged_commands(&self) -> u64 {
+        self.robots.iter().flatten().map(RobotLoop::aged_commands).sum()
+    }
+
+    fn bytes(&self) -> usize {
+        // Codecs, firmware and queues are not counted one by one: a wire's robot is not what fills a memory.
+        self.robots.len() * size_of::<RobotLoop>() + self.plant.arena().bytes().0 + self.ether.bytes()
+    }
+
+    fn recordings(&self) -> BTreeMap<String, Vec<u8>> {
+        self.recordings()
     }
 }
 

@@ -70,8 +70,8 @@ impl Draws {
     }
 
     /// Number `nth` of the event's nearly normal values: mean 0, deviation 1, never beyond 4.9 (the sum of eight even
-    /// bytes, after Irwin 1927 and Hall 1927). A tenth of the price of [`normal`], for sensors with many
-    /// beams and radios with many pairs.
+    /// bytes, after Irwin 1927 and Hall 1927). A tenth of the price of [`normal`], for sensors with many beams and
+    /// radios with many pairs.
     pub(crate) fn roughly_normal(self, nth: u64) -> f64 {
         const PAIRS: u64 = 0x00FF_00FF_00FF_00FF;
         // The mean and deviation of the sum of eight bytes: 8 * 127.5 and sqrt(8 * (256^2 - 1) / 12).

@@ -145,6 +145,12 @@ impl Plant {
         }
     }
 
+    /// All bodies and what is around them.
+    #[must_use]
+    pub fn arena(&self) -> &Arena {
+        &self.arena
+    }
+
     /// How it really is with a robot.
     ///
     /// # Panics

@@ -6,19 +6,19 @@ use crate::firmware::{
     AgilexSimParams, BodyState, DronecanSimParams, PeerKey, RoverParams, VirtualAgilex, VirtualDronecanLidar,
     VirtualRover,
 };
+use crate::periodic::Periodic;
 use crate::plant::{Packet, Port};
 use drover_codec::can::agilex::Model;
 use drover_config::{AgilexModel, Drive, Kind, LidarLink};
 use drover_contract::{CanNode, Scan, Stamp, Twist};
 use rand::Rng;
+use rand_pcg::Pcg32;
 use std::time::Duration;
 
 /// One robot's firmware.
 pub(crate) struct Station {
     firmware: Firmware,
-    /// From one scan to the next.
-    scan_period: Duration,
-    scan_due: Stamp,
+    scan_turn: Periodic,
     link_cut: bool,
     scan_cut: bool,
     /// The button of a rover, whose autopilot does not know of it; a chassis knows of its own.
@@ -46,9 +46,8 @@ impl Station {
             Drive::Mavlink { .. } => rover(kind, id, rng.random(), now),
             Drive::AgilexV2 { model } => chassis(kind, *model, rng.random()),
         };
-        let scan_period = Duration::from_secs_f64(1.0 / kind.lidar.rate_hz.max(0.1));
-        let scan_due = now + scan_period.mul_f64(rng.random());
-        Self { firmware, scan_period, scan_due, link_cut: false, scan_cut: false, rover_estop: false }
+        let scan_turn = scan_turn(kind, &mut rng, now);
+        Self { firmware, scan_turn, link_cut: false, scan_cut: false, rover_estop: false }
     }
 
     /// Take a message, unless that link is cut. What does not belong on a port is not read.
@@ -70,11 +69,9 @@ impl Station {
 
     /// Whether the lidar finishes a scan now; it is next due a period later.
     pub(crate) fn take_scan_turn(&mut self, now: Stamp) -> bool {
-        if now < self.scan_due {
+        if !self.scan_turn.take(now) {
             return false;
         }
-        let next = self.scan_due + self.scan_period;
-        self.scan_due = if next > now { next } else { now + self.scan_period };
         let has_lidar = match &self.firmware {
             Firmware::Rover { has_lidar, .. } => *has_lidar,
             Firmware::Chassis { lidar, .. } => lidar.is_some(),
@@ -185,6 +182,12 @@ impl Firmware {
             Self::Chassis { drive, .. } => drive.set_remote_control(on),
         }
     }
+}
+
+/// When a lidar finishes its scans: at its rate, from some moment of its first turn on.
+pub(crate) fn scan_turn(kind: &Kind, rng: &mut Pcg32, now: Stamp) -> Periodic {
+    let period = Duration::from_secs_f64(1.0 / kind.lidar.rate_hz.max(0.1));
+    Periodic::new(now + period.mul_f64(rng.random()), period)
 }
 
 /// A frame on a bus is for everybody there.

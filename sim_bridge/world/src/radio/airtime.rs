@@ -3,8 +3,8 @@
 //! Each receiver hears one message at a time; the next one waits until the air around it is free, or is lost if that
 //! takes too long. Carrier sense is simplified to this: a message waits for each of its receivers on its own, so it may
 //! begin at one before it begins at another; two senders that do not hear each other (hidden nodes) take turns at a
-//! receiver between them as if they did, where a real channel would lose both to a collision; and a robot can hear while
-//! it sends.
+//! receiver between them as if they did, where a real channel would lose both to a collision; and a robot can hear
+//! while it sends.
 
 use drover_config::Airtime;
 use drover_contract::Stamp;

@@ -159,7 +159,7 @@ mod tests {
         let (mut crowded, mut alone) = (Bursts::new(slow, 2), Bursts::new(slow, 2));
         for n in 0..50_000_u64 {
             let now = Stamp::from_millis(n * 100);
-            // It talks to a new stranger each time, to robot 0 now and then, with silences on both sides of what is kept.
+            // To a new stranger each time, to robot 0 now and then, with silences shorter and longer than what is kept.
             let _ = crowded.loss(now, 1, 1 + n as u32, draws.of(1).uniform(n));
             if n % 1200 < 400 && n % 7 == 0 {
                 let draw = draws.of(0).uniform(n);

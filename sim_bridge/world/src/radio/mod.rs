@@ -1,13 +1,14 @@
 //! The radio between robots of one process: who hears which message, and when.
 //!
-//! A broadcast is decided when it is sent, receiver by receiver: out of range ([`propagation`]), on the other side of a
-//! partition ([`partition`]), no free air ([`airtime`]), lost ([`burst`], [`propagation`] and plain chance), or on its
-//! way ([`queue`]) with a delay of its own, so that messages can overtake each other, and now and then twice.
+//! A broadcast is decided when it is sent, receiver by receiver: out of range, on the other side of a partition
+//! (`partition`), no free air (`airtime`), lost (`burst`, `propagation` and plain chance), or on its way (`queue`) with
+//! a delay of its own, so that messages can overtake each other, and now and then twice.
 //!
 //! Chance is a function of the seed, the two ids and the number of the message at its sender. No result depends on the
 //! order in which receivers are visited, and none but airtime's and the bound's on what other robots do.
 //!
-//! Cost at 10,000 robots with 30 neighbours: some 30 ns a delivery, and 16 bytes while it is on its way.
+//! Cost with 10,000 robots, 30 neighbours each, range and plain loss: 35 to 45 ns a delivery from sending to handing
+//! out, beside the scene's own search for neighbours; 12 bytes while it is on its way.
 
 mod airtime;
 mod burst;

@@ -16,8 +16,8 @@ pub(super) fn pair_range_m(range_m: f64, asymmetry: f64, pair: Draws) -> f64 {
 }
 
 /// Share of messages that survive the way, 0..=1, over `distance_m` metres and through `walls` walls: log-distance path
-/// loss with log-normal shadowing (Rappaport 2002, section 4.9; the normal value is cut off at 4.9 deviations), softened
-/// by a logistic function.
+/// loss with log-normal shadowing (Rappaport 2002, section 4.9; the normal value is cut off at 4.9 deviations),
+/// softened by a logistic function.
 pub(super) fn share_received(rule: &Propagation, distance_m: f64, walls: u32, pair: Draws) -> f64 {
     // Nearer than a millimetre is on the antenna: the logarithm stays finite.
     let path_db = 10.0 * rule.exponent * libm::log10(rule.half_range_m / distance_m.max(1e-3));

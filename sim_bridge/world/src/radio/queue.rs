@@ -19,7 +19,7 @@ const END: u32 = u32::MAX;
 /// Longer lists are sorted by counting, shorter ones by comparing.
 const COUNTING_FROM: usize = 128;
 
-/// A message for one receiver, in the list of its tick.
+/// A message for one receiver, in the list of its tick: 12 bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Due {
     /// Since the beginning of its tick, us.

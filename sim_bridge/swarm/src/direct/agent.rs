@@ -1,0 +1,96 @@
+//! One robot on values: its node, its ideal firmware, its ears.
+
+use drover_config::RobotFile;
+use drover_contract::{Beacon, Event, Stamp, Twist};
+use drover_core::{Node, Roster, Status};
+use drover_world::{BodyState, IdealDevice, Lidar, Place};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// A fresh scan is acted on at once, but not more often than this; the run loop of a real robot does the same.
+const SCAN_TICK_SPACING_MIN: Duration = Duration::from_millis(5);
+/// Which life a robot is in: nobody dies here.
+const EPOCH: u32 = 1;
+
+/// One robot.
+pub(super) struct Agent {
+    node: Node,
+    device: IdealDevice,
+    heard: Vec<Beacon>,
+    beacon: Option<Beacon>,
+    fresh_scan: bool,
+    last_scan_tick: Option<Stamp>,
+}
+
+/// What a robot has around it in one turn.
+pub(super) struct Around<'a> {
+    pub(super) place: &'a Place,
+    pub(super) robot: usize,
+    pub(super) lidar: &'a mut Lidar,
+    pub(super) state: &'a BodyState,
+}
+
+impl Agent {
+    pub(super) fn new(file: &RobotFile, roster: &Arc<Roster>, seed: u64) -> Self {
+        Self {
+            node: Node::in_swarm(file, Arc::clone(roster), EPOCH, Stamp::ZERO),
+            device: IdealDevice::new(&file.kind, file.robot.id, seed, Stamp::ZERO),
+            heard: Vec::new(),
+            beacon: None,
+            fresh_scan: false,
+            last_scan_tick: None,
+        }
+    }
+
+    /// Sense, decide, command: the turn of a real robot's loop, in its order.
+    pub(super) fn turn(&mut self, now: Stamp, around: &mut Around<'_>) {
+        for beacon in self.heard.drain(..) {
+            self.node.handle_beacon(now, &beacon);
+        }
+        let Self { node, device, fresh_scan, .. } = self;
+        let Around { place, robot, lidar, state } = around;
+        let cast = || lidar.scan(now, state.pose_wb, &place.seen_by(*robot));
+        device.step(now, state, cast, &mut |event| {
+            *fresh_scan |= matches!(event, Event::Scan(_));
+            node.handle_event(now, event);
+        });
+        if self.tick_due(now) {
+            if std::mem::take(&mut self.fresh_scan) {
+                self.last_scan_tick = Some(now);
+            }
+            let command = self.node.tick(now);
+            self.device.command(now, command.twist_b());
+        }
+        self.beacon = self.node.poll_beacon(now);
+    }
+
+    fn tick_due(&self, now: Stamp) -> bool {
+        let scan_due = self.last_scan_tick.map_or(Stamp::ZERO, |last| last + SCAN_TICK_SPACING_MIN);
+        self.node.tick_due(now) || (self.fresh_scan && now >= scan_due)
+    }
+
+    pub(super) fn hear(&mut self, beacon: &Beacon) {
+        self.heard.push(*beacon);
+    }
+
+    pub(super) fn take_beacon(&mut self) -> Option<Beacon> {
+        self.beacon.take()
+    }
+
+    pub(super) fn demand(&self) -> Twist {
+        self.device.demand()
+    }
+
+    pub(super) fn set_ready_at(&mut self, at: Stamp) {
+        self.device.set_ready_at(at);
+    }
+
+    pub(super) fn status(&self) -> &Status {
+        self.node.status()
+    }
+
+    /// Heap bytes held.
+    pub(super) fn bytes(&self) -> usize {
+        self.node.bytes() + self.device.bytes() + self.heard.capacity() * size_of::<Beacon>()
+    }
+}

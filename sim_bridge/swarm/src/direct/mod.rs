@@ -1,0 +1,132 @@
+//! A swarm on values: the same world, the same laws and supervisors as everywhere, and no bytes between them.
+//!
+//! What the wire adds (codecs, handshakes, quantisation) is left out; when things happen is kept. In each step of the
+//! world the bodies move, then every robot senses, decides and commands, then beacons travel, as in
+//! [`crate::VirtualSwarm`]. Robots sense and decide side by side on all cores: each reads the place as it is and writes
+//! only what is its own, so the number of threads changes nothing (invariant 9).
+
+mod agent;
+
+use crate::trial::Trial;
+use agent::{Agent, Around};
+use drover_config::{RobotFile, Swarm};
+use drover_contract::{Beacon, RobotId, Stamp, Twist};
+use drover_core::{Roster, Status};
+use drover_world::{Arena, BodySpec, Radio, RadioTally};
+use rayon::prelude::*;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Robots that one thread takes at once: fewer are not worth another thread's waking.
+const ROBOTS_PER_JOB: usize = 128;
+
+/// A swarm on values.
+pub struct DirectSwarm {
+    now: Stamp,
+    step: Duration,
+    arena: Arena,
+    agents: Vec<Agent>,
+    radio: Radio<Beacon>,
+    demands: Vec<Twist>,
+}
+
+impl DirectSwarm {
+    /// A swarm at rest at time zero.
+    #[must_use]
+    pub fn new(swarm: &Swarm) -> Self {
+        Self::of(swarm, |file| file)
+    }
+
+    /// The same with each robot's file as `change` leaves it, for example with a leader of its own.
+    #[must_use]
+    pub fn of(swarm: &Swarm, change: impl Fn(RobotFile) -> RobotFile) -> Self {
+        let radius_m = |robot| swarm.kind_of(robot).body.radius_m;
+        let roster = Roster::new(swarm.robots.iter().map(|robot| (RobotId(robot.id), radius_m(robot))));
+        let roster = Arc::new(roster);
+        let files = swarm.robots.iter().map(|robot| change(swarm.file_without_peers(robot)));
+        let ids: Vec<u32> = swarm.robots.iter().map(|robot| robot.id).collect();
+        Self {
+            now: Stamp::ZERO,
+            step: Duration::from_millis(u64::from(swarm.step_ms.max(1))),
+            arena: Arena::new(&swarm.world, &BodySpec::all_of(swarm), swarm.seed),
+            agents: files.map(|file| Agent::new(&file, &roster, swarm.seed)).collect(),
+            radio: Radio::new(&swarm.radio, &ids, swarm.seed),
+            demands: vec![Twist::ZERO; swarm.robots.len()],
+        }
+    }
+
+    /// Robot `robot`'s drive obeys from `at` on: what a handshake on a wire would have taken.
+    ///
+    /// # Panics
+    /// If there is no such robot.
+    pub fn set_ready_at(&mut self, robot: usize, at: Stamp) {
+        self.agents[robot].set_ready_at(at);
+    }
+
+    /// What a robot's node makes of it all.
+    ///
+    /// # Panics
+    /// If there is no such robot.
+    #[must_use]
+    pub fn status_of(&self, robot: usize) -> &Status {
+        self.agents[robot].status()
+    }
+
+    fn turn_all(&mut self) {
+        let Self { arena, agents, now, .. } = self;
+        // States are read before the lidars are lent out.
+        let states: Vec<_> = (0..agents.len()).map(|robot| arena.state(robot)).collect();
+        let (place, lidars) = arena.eyes();
+        let robots = agents.par_iter_mut().zip(lidars.par_iter_mut()).zip(states.par_iter()).enumerate();
+        robots.with_min_len(ROBOTS_PER_JOB).for_each(|(robot, ((agent, lidar), state))| {
+            agent.turn(*now, &mut Around { place, robot, lidar, state });
+        });
+    }
+
+    fn carry_beacons(&mut self) {
+        let Self { arena, agents, radio, now, .. } = self;
+        for (robot, agent) in agents.iter_mut().enumerate() {
+            if let Some(beacon) = agent.take_beacon() {
+                radio.broadcast(*now, robot, arena.place(), beacon);
+            }
+        }
+        radio.deliver(*now, |to, _, beacon| agents[to].hear(beacon));
+    }
+}
+
+impl Trial for DirectSwarm {
+    fn now(&self) -> Stamp {
+        self.now
+    }
+
+    fn step(&mut self) {
+        self.now = self.now + self.step;
+        for (demand, agent) in self.demands.iter_mut().zip(&self.agents) {
+            *demand = agent.demand();
+        }
+        self.arena.step(self.step.as_secs_f64(), &self.demands);
+        self.turn_all();
+        self.carry_beacons();
+    }
+
+    fn arena(&self) -> &Arena {
+        &self.arena
+    }
+
+    fn status(&self, robot: usize) -> Option<&Status> {
+        self.agents.get(robot).map(Agent::status)
+    }
+
+    fn radio(&self) -> RadioTally {
+        self.radio.tally()
+    }
+
+    fn aged_commands(&self) -> u64 {
+        0 // a command reaches its drive within the step in which it was made
+    }
+
+    fn bytes(&self) -> usize {
+        let agents: usize = self.agents.iter().map(|agent| size_of::<Agent>() + agent.bytes()).sum();
+        agents + self.arena.bytes().0 + self.radio.bytes()
+    }
+}

@@ -1,0 +1,166 @@
+//! One run of a swarm in virtual time, whatever stands between robots and world, and what is measured of it.
+
+use crate::digest::Digest;
+use crate::direct::DirectSwarm;
+use crate::rehearsal::VirtualSwarm;
+use crate::summary::end_of;
+use drover_config::Swarm;
+use drover_contract::{Stamp, Vec2};
+use drover_core::Status;
+use drover_io::OpenError;
+use drover_world::{Arena, RadioTally};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// How much of the way between a robot and its world is simulated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Fidelity {
+    /// Laws and supervisors on values: fast, and as many robots as there is memory.
+    Direct,
+    /// Every byte through the codecs and the virtual firmware, as on a real robot.
+    Wire,
+}
+
+/// A swarm that moves in steps of virtual time.
+pub trait Trial {
+    /// The present moment.
+    fn now(&self) -> Stamp;
+    /// One step of the world.
+    fn step(&mut self);
+    /// The bodies and what is around them.
+    fn arena(&self) -> &Arena;
+    /// What robot `robot`'s node makes of it all; `None` if it is dead or not there.
+    fn status(&self, robot: usize) -> Option<&Status>;
+    /// What happened on the air.
+    fn radio(&self) -> RadioTally;
+    /// Commands that were too old when they had left.
+    fn aged_commands(&self) -> u64;
+    /// Heap bytes held for robots and bodies; the place itself apart.
+    fn bytes(&self) -> usize;
+    /// Everything recorded of the wire, file name to bytes; nothing where there is no wire.
+    fn recordings(&self) -> BTreeMap<String, Vec<u8>> {
+        BTreeMap::new()
+    }
+}
+
+/// One run, in one flat object: numbers, truths and words, no time of day and nothing of the machine.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TrialResult {
+    /// Its seed.
+    pub seed: u64,
+    /// A hash of where every body was and how it moved, at every step.
+    pub digest: String,
+    /// Robots.
+    pub robots: u64,
+    /// Steps of the world.
+    pub steps: u64,
+    /// Whether every robot's body ended where it was to go; true for a behaviour without an end.
+    pub reached: bool,
+    /// Share of robots of which that is true.
+    pub reached_fraction: f64,
+    /// How long it ran, s.
+    pub time_s: f64,
+    /// Mean distance driven, metres.
+    pub path_m_mean: f64,
+    /// Smallest gap between two bodies, metres, 0 from a touch on; none for a single robot.
+    pub min_gap_robot_m: Option<f64>,
+    /// Smallest gap between a body and a wall, metres; none in a world without walls.
+    pub min_gap_wall_m: Option<f64>,
+    /// Robots that touched a wall or each other at least once.
+    pub touched: u64,
+    /// Ticks of all robots.
+    pub ticks: u64,
+    /// Commands that supervisors changed.
+    pub commands_changed: u64,
+    /// Commands that were too old when they had left.
+    pub aged_commands: u64,
+    /// Beacons that reached somebody, counted by receiver.
+    pub beacons_carried: u64,
+    /// Beacons that did not, within range, counted by receiver.
+    pub beacons_lost: u64,
+    /// Heap bytes held at the end, per robot; the place itself apart.
+    pub bytes_per_robot: u64,
+}
+
+/// What is looked at while a run goes on.
+pub trait Watch {
+    /// A step of the run has been made.
+    fn stepped(&mut self, trial: &dyn Trial);
+}
+
+impl<F: FnMut(&dyn Trial)> Watch for F {
+    fn stepped(&mut self, trial: &dyn Trial) {
+        self(trial);
+    }
+}
+
+/// A swarm in virtual time.
+///
+/// # Errors
+/// [`OpenError`] if a robot's links do not fit its kind (wire only).
+pub fn trial_of(swarm: &Swarm, fidelity: Fidelity) -> Result<Box<dyn Trial>, OpenError> {
+    Ok(match fidelity {
+        Fidelity::Direct => Box::new(DirectSwarm::new(swarm)),
+        Fidelity::Wire => Box::new(VirtualSwarm::new(swarm)?),
+    })
+}
+
+/// Run `trial` of `swarm` until every robot says that it has reached its end, or until the swarm's duration is over.
+pub fn run_trial(swarm: &Swarm, trial: &mut dyn Trial, watch: &mut dyn Watch) -> TrialResult {
+    let limit = Stamp::ZERO + Duration::from_secs_f64(swarm.duration_s);
+    let mut digest = Digest::default();
+    let mut steps = 0;
+    while trial.now() < limit && !all_reached(swarm, trial) {
+        trial.step();
+        steps += 1;
+        digest.take_in(trial.arena());
+        watch.stepped(trial);
+    }
+    TrialResult { steps, ..measure(swarm, trial, digest) }
+}
+
+fn all_reached(swarm: &Swarm, trial: &dyn Trial) -> bool {
+    let mut living = (0..swarm.robots.len()).filter_map(|robot| trial.status(robot)).peekable();
+    living.peek().is_some() && living.all(|status| status.reached)
+}
+
+fn measure(swarm: &Swarm, trial: &dyn Trial, digest: Digest) -> TrialResult {
+    let arena = trial.arena();
+    let count = swarm.robots.len();
+    let robots = || 0..count;
+    let share = |number: usize| number as f64 / count.max(1) as f64;
+    let end = end_of(&swarm.behaviour);
+    let there = |robot: &usize| {
+        end.is_none_or(|([x, y], within_m)| {
+            (arena.state(*robot).pose_wb.position() - Vec2::new(x, y)).norm() <= within_m
+        })
+    };
+    let reached = robots().filter(there).count();
+    let touched = |robot: &usize| {
+        let gaps_m = [arena.gap_robot_m_min(*robot), arena.gap_wall_m_min(*robot)];
+        gaps_m.into_iter().flatten().any(|gap_m| gap_m <= 0.0)
+    };
+    let counters = || robots().filter_map(|robot| trial.status(robot)).map(|status| &status.counters);
+    let radio = trial.radio();
+    TrialResult {
+        seed: swarm.seed,
+        digest: digest.to_string(),
+        robots: count as u64,
+        steps: 0,
+        reached: reached == count,
+        reached_fraction: share(reached),
+        time_s: trial.now().as_secs_f64(),
+        path_m_mean: robots().map(|robot| arena.path_m(robot)).sum::<f64>() / count.max(1) as f64,
+        min_gap_robot_m: arena.min_gap_robot_m(),
+        min_gap_wall_m: arena.min_gap_wall_m(),
+        touched: robots().filter(touched).count() as u64,
+        ticks: counters().map(|counters| counters.ticks).sum(),
+        commands_changed: counters().map(drover_core::Counters::changed_total).sum(),
+        aged_commands: trial.aged_commands(),
+        beacons_carried: radio.carried,
+        beacons_lost: radio.lost + radio.crowded + radio.partitioned + radio.dropped,
+        bytes_per_robot: (trial.bytes() / count.max(1)) as u64,
+    }
+}
