@@ -7,8 +7,11 @@ mod bringup;
 mod convoy;
 mod latency;
 mod machine;
+mod ray_scenes;
+mod rays;
 
 pub use bringup::{BringupResult, bringup};
 pub use convoy::convoy;
 pub use latency::{LatencyResult, LatencyRow, latency};
 pub use machine::{Conditions, ProcessUse};
+pub use rays::{RaysResult, RaysRow, rays};

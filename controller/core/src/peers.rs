@@ -72,8 +72,8 @@ struct Record {
     received: Stamp,
     /// `received - sent` of the quickest beacon of this life, microseconds.
     offset_us: i64,
-    /// What this beacon took beyond the quickest.
-    delay: Duration,
+    /// What this beacon took beyond the quickest, microseconds.
+    delay_us: u64,
     /// Of the peer's body, as the file says, metres.
     radius_m: f64,
 }
@@ -99,14 +99,16 @@ pub(crate) struct Peers {
     roster: Arc<Roster>,
     /// Sorted by id.
     table: Vec<Record>,
-    timeout: Duration,
+    /// A peer silent for longer is not followed, microseconds.
+    timeout_us: u64,
     counts: BeaconCounts,
 }
 
 impl Peers {
     /// A table for robot `own`, which knows the others of `roster` and follows none silent for `timeout`.
     pub(crate) fn new(own: RobotId, roster: Arc<Roster>, timeout: Duration) -> Self {
-        Self { own, roster, table: Vec::new(), timeout, counts: BeaconCounts::default() }
+        let timeout_us = timeout.as_micros() as u64;
+        Self { own, roster, table: Vec::new(), timeout_us, counts: BeaconCounts::default() }
     }
 
     /// Takes `beacon` if it is a known peer's and newer than what is held; else counts why not.
@@ -151,23 +153,24 @@ impl Peers {
 
     /// The peers that a law may follow now, sorted by id, carried forward to now.
     pub(crate) fn followable(&self, now: Stamp) -> impl Iterator<Item = Neighbour> + '_ {
-        let fresh = self.table.iter().filter(move |record| record.age(now) <= self.timeout);
+        let fresh = self.table.iter().filter(move |record| record.age_us(now) <= self.timeout_us);
         fresh.map(move |record| record.neighbour(self.pose_wb(record, now)))
     }
 
     /// Every body ever heard of, sorted by id, whatever its state; but for those that are surely farther than `range_m`
     /// from `centre_w` with all of their bound.
     pub(crate) fn bodies(&self, now: Stamp, centre_w: Vec2, range_m: f64) -> impl Iterator<Item = Body> + '_ {
-        let near = self.table.iter().filter(move |record| self.least_m(record, now, centre_w) <= range_m);
+        let near = self.table.iter().filter(move |record| self.may_be_within(record, now, centre_w, range_m));
         near.map(move |record| self.body(record, now))
     }
 
-    /// A body of `record` is no nearer to a place than this, metres; cheaper than where exactly it is.
-    fn least_m(&self, record: &Record, now: Stamp, centre_w: Vec2) -> f64 {
-        let apart_m = (record.beacon.pose_wb.position() - centre_w).norm();
-        let way_m = record.beacon.twist_b.speed_mps.abs() * self.timeout.as_secs_f64();
-        let widest_m = record.beacon.radius_m.max(record.radius_m) + record.beacon.pos_bound_m + record.reach_m(now);
-        apart_m - way_m - widest_m
+    /// Whether some part of a body may be within `range_m` of a place: cheaper than where exactly it is.
+    fn may_be_within(&self, record: &Record, now: Stamp, centre_w: Vec2, range_m: f64) -> bool {
+        let beacon = &record.beacon;
+        let way_m = beacon.twist_b.speed_mps.abs() * seconds(self.timeout_us);
+        let widest_m = beacon.radius_m.max(record.radius_m) + beacon.pos_bound_m + record.reach_m(now);
+        let within_m = range_m + way_m + widest_m;
+        (beacon.pose_wb.position() - centre_w).norm_squared() <= within_m * within_m
     }
 
     fn body(&self, record: &Record, now: Stamp) -> Body {
@@ -179,8 +182,8 @@ impl Peers {
     }
 
     fn pose_wb(&self, record: &Record, now: Stamp) -> Pose {
-        let ahead = record.age(now).min(self.timeout);
-        record.beacon.pose_wb.advance(record.beacon.twist_b, ahead.as_secs_f64())
+        let ahead_us = record.age_us(now).min(self.timeout_us);
+        record.beacon.pose_wb.advance(record.beacon.twist_b, seconds(ahead_us))
     }
 
     fn radius_m(&self, id: RobotId) -> f64 {
@@ -189,7 +192,7 @@ impl Peers {
 
     /// How many peers were heard within the timeout.
     pub(crate) fn heard(&self, now: Stamp) -> usize {
-        self.table.iter().filter(|record| record.age(now) <= self.timeout).count()
+        self.table.iter().filter(|record| record.age_us(now) <= self.timeout_us).count()
     }
 
     /// How many peers the swarm has.
@@ -226,16 +229,16 @@ impl Record {
             transit_us.min(life.offset_us.saturating_add(drift_us as i64))
         });
         let delay_us = transit_us.saturating_sub(offset_us).max(0) as u64;
-        Self { beacon: *beacon, received: now, offset_us, delay: Duration::from_micros(delay_us), radius_m: 0.0 }
+        Self { beacon: *beacon, received: now, offset_us, delay_us, radius_m: 0.0 }
     }
 
-    fn age(&self, now: Stamp) -> Duration {
-        now.since(self.received).saturating_add(self.delay)
+    fn age_us(&self, now: Stamp) -> u64 {
+        now.as_micros().saturating_sub(self.received.as_micros()).saturating_add(self.delay_us)
     }
 
     /// How far the peer may be from where its last velocity leads, metres.
     fn reach_m(&self, now: Stamp) -> f64 {
-        let age_s = self.age(now).as_secs_f64();
+        let age_s = seconds(self.age_us(now));
         if age_s > SILENT_S { 0.0 } else { (A_UNSEEN_MPS2 * age_s * age_s / 2.0).min(REACH_M_MAX) }
     }
 
@@ -243,6 +246,11 @@ impl Record {
         let Beacon { robot: id, twist_b, accel_mps2, state, .. } = self.beacon;
         Neighbour { id, pose_wb, twist_b, accel_mps2, state }
     }
+}
+
+/// Microseconds as seconds.
+fn seconds(us: u64) -> f64 {
+    us as f64 * 1e-6
 }
 
 /// Whether a beacon's numbers can be a robot's. NaN fails every comparison and is refused with the rest.

@@ -5,7 +5,7 @@
 use crate::estimate::Motion;
 use crate::peers::Body;
 use drover_contract::math::{asin, atan2, sin_cos};
-use drover_contract::{Beam, Pose, Scan, Stamp, Vec2};
+use drover_contract::{Beam, Pose, Scan, Stamp, Vec2, wrap};
 use nalgebra::{Isometry2, Point2};
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -16,6 +16,8 @@ const MATCH_SLACK_M: f64 = 0.15;
 const MATCH_BOUND_M_MAX: f64 = 0.4;
 /// That many unknown beams side by side are a blind spot; fewer take the nearer of their two neighbours.
 const BLIND_RUN: usize = 3;
+/// No beam.
+const NONE: Range<f64> = -1.0..-1.0;
 /// Beams that are looked at to either side of where a body can be: rounding must not cost a match.
 const MATCH_BEAMS: f64 = 0.01;
 
@@ -26,8 +28,8 @@ pub(crate) struct Surroundings {
     pub(crate) points_b: Vec<Vec2>,
     /// Directions of blind spots, unit vectors.
     pub(crate) blind_b: Vec<Vec2>,
-    /// Of each point the beam that it lies on, ascending.
-    beams: Vec<u32>,
+    /// Of each beam the index of its first point, and of the first beyond the last: a beam has one point or none.
+    starts: Vec<u32>,
     /// The sensor of the scan, in the body frame of now.
     sensor_b: Isometry2<f64>,
     rays: Rays,
@@ -61,14 +63,13 @@ impl Rays {
     /// The beams that may point into the angles `middle_rad +- half_rad`, in up to three runs.
     fn within(&self, middle_rad: f64, half_rad: f64) -> [Range<f64>; 3] {
         let turn = TAU / self.step_rad.abs();
-        let middle = (middle_rad - self.first_rad) / self.step_rad;
+        let middle = wrap(middle_rad - self.first_rad) / self.step_rad;
         let half = half_rad / self.step_rad.abs() + MATCH_BEAMS;
         // The middle is within a turn of the first beam either way, so the beams are within a turn of it either way.
         let whole = 2.0 * half >= turn || self.units.len() as f64 > turn + 1.0;
         if whole {
-            return [0.0..f64::INFINITY, 0.0..0.0, 0.0..0.0];
+            return [0.0..f64::INFINITY, NONE, NONE];
         }
-        let middle = middle - (middle / turn).floor() * turn;
         [-1.0, 0.0, 1.0].map(|turns| middle + turns * turn - half..middle + turns * turn + half)
     }
 }
@@ -83,6 +84,7 @@ impl Surroundings {
         self.range_m_max = scan.range_m_max;
         self.clear();
         for index in 0..count {
+            self.starts.push(self.points_b.len() as u32);
             match beam(scan, index) {
                 Beam::Hit(range_m) => self.put(index, range_m),
                 Beam::Clear => {}
@@ -96,25 +98,30 @@ impl Surroundings {
                 }
             }
         }
+        self.starts.push(self.points_b.len() as u32);
     }
 
     /// Nothing is seen.
     pub(crate) fn clear(&mut self) {
         self.points_b.clear();
         self.blind_b.clear();
-        self.beams.clear();
+        self.starts.clear();
     }
 
     fn put(&mut self, beam: usize, range_m: f64) {
         let point_b = self.sensor_b * Point2::from(self.rays.units[beam] * range_m);
         self.points_b.push(point_b.coords);
-        self.beams.push(beam as u32);
     }
 
     /// The points (by index) on the beams of a run.
-    fn points_on(&self, beams: Range<f64>) -> Range<usize> {
-        let first = self.beams.partition_point(|beam| f64::from(*beam) < beams.start);
-        first..self.beams.partition_point(|beam| f64::from(*beam) < beams.end).max(first)
+    fn points_on(&self, beams: &Range<f64>) -> Range<usize> {
+        let Some(last) = self.starts.len().checked_sub(1) else { return 0..0 };
+        if beams.end < 0.0 || beams.start >= last as f64 {
+            return 0..0;
+        }
+        // A cast saturates and cuts: it may look at the beam before the first, and that costs nothing.
+        let (from, to) = (beams.start as usize, (beams.end as usize).saturating_add(1));
+        self.starts[from] as usize..self.starts[to.min(last)] as usize
     }
 }
 
@@ -192,10 +199,10 @@ impl Matches {
         let runs = if apart_m > within_m {
             seen.rays.within(atan2(centre_s.y, centre_s.x), asin(within_m / apart_m))
         } else {
-            [0.0..f64::INFINITY, 0.0..0.0, 0.0..0.0]
+            [0.0..f64::INFINITY, NONE, NONE]
         };
         let mut nearest_b: Option<Vec2> = None;
-        for index in runs.into_iter().flat_map(|run| seen.points_on(run)) {
+        for index in runs.iter().flat_map(|run| seen.points_on(run)) {
             let point_b = seen.points_b[index];
             if (point_b - centre_b).norm_squared() <= within_m * within_m {
                 self.on_body[index] = true;
@@ -263,7 +270,7 @@ mod tests {
     proptest! {
         #[test]
         fn looking_only_where_a_body_is_finds_every_hit_on_it(
-            ranges in prop::collection::vec(0.2..8.0f64, 72), turned in any::<bool>(), first_rad in -3.0..3.0f64,
+            ranges in prop::collection::vec(0.2..8.0f64, 72), turned in any::<bool>(), first_rad in -9.0..9.0f64,
             (x, y, radius_m) in (-6.0..6.0f64, -6.0..6.0f64, 0.05..2.0f64), mount_yaw in -3.0..3.0f64,
         ) {
             let hits: Vec<(usize, f64)> = ranges.into_iter().enumerate().collect();

@@ -63,8 +63,8 @@ impl Draws {
         (mix(self.name ^ nth) >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
     }
 
-    /// Number `nth` of the event, a whole one evenly from 0 to just below `end` (Lemire 2019; with an `end` that is tiny
-    /// beside 2^64 it is as good as even).
+    /// Number `nth` of the event, a whole one evenly from 0 to just below `end` (Lemire 2019; with an `end` that is
+    /// tiny beside 2^64 it is as good as even).
     pub(crate) fn below(self, nth: u64, end: u64) -> u64 {
         ((u128::from(mix(self.name ^ nth)) * u128::from(end)) >> 64) as u64
     }

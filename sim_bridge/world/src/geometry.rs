@@ -3,10 +3,13 @@
 //! Parry measures where exactness counts more than speed: how far a body is from walls, how far two outlines are from
 //! each other. Lidar casting is ours (`sight`); parry's own ray cast is here as what that is checked against.
 
+use drover_config::GridMap;
 use drover_contract::{Pose, Vec2};
-use parry2d_f64::math::{Pose as Placement, Rotation, Vector};
+use parry2d_f64::bounding_volume::Aabb;
+use parry2d_f64::math::{IVector, Pose as Placement, Rotation, Vector};
+use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use parry2d_f64::query::{self, PointQuery, Ray, RayCast};
-use parry2d_f64::shape::{Ball, ConvexPolygon, Polyline};
+use parry2d_f64::shape::{Ball, ConvexPolygon, Polyline, Voxels};
 
 /// A piece of wall; its free side is on the left of the way from `from_w` to `to_w`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,6 +71,58 @@ impl Tree {
     pub fn ray_m(&self, origin_w: Vec2, direction_w: Vec2, range_m: f64) -> Option<f64> {
         let ray = Ray::new(to_parry(origin_w), to_parry(direction_w));
         self.polyline.cast_local_ray(&ray, range_m, true)
+    }
+}
+
+/// Discs in parry's tree.
+pub struct DiscTree {
+    discs: Vec<Disc>,
+    tree: Bvh,
+}
+
+impl DiscTree {
+    /// A tree of `discs`.
+    #[must_use]
+    pub fn new(discs: &[Disc]) -> Self {
+        let leaf = |disc: &Disc| Ball::new(disc.radius_m).aabb(&Placement::from_translation(to_parry(disc.centre_w)));
+        let leaves: Vec<Aabb> = discs.iter().map(leaf).collect();
+        Self { discs: discs.to_vec(), tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &leaves) }
+    }
+
+    /// How far a ray of unit direction runs before it meets a disc other than number `except`, metres, up to `range_m`.
+    #[must_use]
+    pub fn ray_m(&self, origin_w: Vec2, direction_w: Vec2, range_m: f64, except: usize) -> Option<f64> {
+        let ray = Ray::new(to_parry(origin_w), to_parry(direction_w));
+        let hit = |index: u32, nearest_m: f64| {
+            let index = index as usize;
+            if index == except { None } else { self.discs[index].ray_m(origin_w, direction_w, nearest_m) }
+        };
+        self.tree.cast_ray(&ray, range_m, hit).map(|(_, range_m)| range_m)
+    }
+}
+
+/// The solid cells of a map as parry's voxels.
+pub struct CellBlocks {
+    voxels: Voxels,
+    origin_w: Vec2,
+}
+
+impl CellBlocks {
+    /// Those of a map that is not turned (`origin_yaw_rad` does not count).
+    #[must_use]
+    pub fn new(map: &GridMap) -> Self {
+        let solid = map.solid.iter().enumerate().filter(|(_, solid)| **solid);
+        let cells: Vec<IVector> =
+            solid.map(|(index, _)| IVector::new((index % map.width) as i64, (index / map.width) as i64)).collect();
+        let voxels = Voxels::new(Vector::splat(map.resolution_m), &cells);
+        Self { voxels, origin_w: Vec2::new(map.origin_m[0], map.origin_m[1]) }
+    }
+
+    /// How far a ray of unit direction runs before it meets a solid cell, metres, up to `range_m`.
+    #[must_use]
+    pub fn ray_m(&self, origin_w: Vec2, direction_w: Vec2, range_m: f64) -> Option<f64> {
+        let ray = Ray::new(to_parry(origin_w - self.origin_w), to_parry(direction_w));
+        self.voxels.cast_local_ray(&ray, range_m, true)
     }
 }
 

@@ -29,8 +29,8 @@ use queue::{Calendar, Messages};
 
 /// Deliveries on their way at most, in a small swarm and for each robot of a large one; when there are more, the new
 /// ones are dropped.
-const IN_FLIGHT_MAX: usize = 65_536;
-const IN_FLIGHT_MAX_PER_ROBOT: usize = 64;
+const IN_FLIGHT_MAX: usize = 1 << 20;
+const IN_FLIGHT_MAX_PER_ROBOT: usize = 256;
 
 /// Whether draws are of a pair, the same for the whole run, or of one message on its way between the two.
 const OF_PAIR: u64 = 0;
