@@ -7,11 +7,15 @@ mod bringup;
 mod convoy;
 mod latency;
 mod machine;
+mod peers;
 mod ray_scenes;
 mod rays;
+mod sim;
 
 pub use bringup::{BringupResult, bringup};
 pub use convoy::convoy;
 pub use latency::{LatencyResult, LatencyRow, latency};
 pub use machine::{Conditions, ProcessUse};
+pub use peers::PeerRate;
 pub use rays::{RaysResult, RaysRow, rays};
+pub use sim::{DiffusionRow, FlockRow, PeerRow, SimResult, WireRow, sim};

@@ -1,7 +1,7 @@
 //! `drover bench NAME`: measure, and print what is measured.
 
 use crate::exit::Exit;
-use drover_bench::{Conditions, LatencyResult, bringup, convoy, latency};
+use drover_bench::{Conditions, LatencyResult, SimResult, bringup, convoy, latency, sim};
 use drover_config::{Swarm, load_swarm};
 use serde::Serialize;
 use std::fmt::Display;
@@ -40,6 +40,8 @@ enum Name {
     Latency,
     /// Many MAVLink robots from start to all driving
     Bringup,
+    /// Robot-steps a second beside the peers' figures, cost against the number of robots, the wire in virtual time
+    Sim,
 }
 
 pub(crate) fn execute(arguments: &Arguments) -> Exit {
@@ -50,6 +52,7 @@ pub(crate) fn execute(arguments: &Arguments) -> Exit {
     let measured = match arguments.name {
         Name::Latency => measure_latency(arguments, &template).map(|result| show(&result, arguments.json)),
         Name::Bringup => measure_bringup(arguments, &template).map(|result| show(&result, arguments.json)),
+        Name::Sim => measure_sim(arguments, &template).map(|result| show(&result, arguments.json)),
     };
     match measured {
         Ok(()) => Exit::Reached,
@@ -91,4 +94,9 @@ fn measure_bringup(arguments: &Arguments, template: &Swarm) -> anyhow::Result<dr
     swarm.duration_s = 120.0;
     let watch_s = if arguments.quick { 2.0 } else { 20.0 };
     runtime()?.block_on(bringup(&swarm, watch_s))
+}
+
+fn measure_sim(arguments: &Arguments, template: &Swarm) -> anyhow::Result<SimResult> {
+    let convoy = convoy(template, &arguments.kind, arguments.robots, arguments.port_base)?;
+    sim(&convoy, arguments.quick)
 }

@@ -12,8 +12,9 @@ use crate::supervisor::conditions::{Ages, RequestFact};
 use crate::supervisor::{self, Conditions, GuardParams, Obstacles, Reason, StopReason, Supervisor, Verdict};
 use drover_config::{Drive, Mount, RobotFile, Timeouts};
 use drover_contract::{
-    Beacon, BehaviourState, DriveState, Event, Limits, Pose, RobotId, SafeCommand, Scan, Stamp, Twist,
+    Beacon, BehaviourState, DriveState, Event, Limits, Pose, RobotId, SafeCommand, Stamp, Twist,
 };
+use nalgebra::Isometry2;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -46,7 +47,7 @@ pub struct Node {
     supervisor: Supervisor,
     guard: GuardParams,
     /// Where the lidar sits on the body.
-    mount: Pose,
+    mount: Isometry2<f64>,
     scene: Scene,
     status: Status,
 }
@@ -134,14 +135,15 @@ impl Node {
         let motion = self.estimate.motion(now);
         let mut scene = std::mem::take(&mut self.scene);
         self.look_around(now, &motion, &mut scene);
-        let mut facts = self.sense(now, beat);
-        let request = if facts.fit() { self.ask(now, beat, &mut scene) } else { Err("not fit to move") };
+        let mut facts = self.sense(now, beat, scene.seen.unknown_share);
+        let request = if facts.fit() { self.ask(now, beat, motion, &mut scene) } else { Err("not fit to move") };
         facts.request = RequestFact::of(request);
         let unheard = self.peers.heard(now) < self.peers.known();
         let Scene { seen, bodies, matches, obstacles, .. } = &mut scene;
-        let peers = supervisor::Peers { bodies, matches, own_bound_m: motion.pos_bound_m };
-        obstacles.fill(seen, &peers, self.guard.keep_m(), unheard);
+        let peers = supervisor::Peers { bodies, matches, own_bound_m: motion.pos_bound_m, unheard };
+        obstacles.fill(seen, &peers, self.guard.keep_m(), self.guard.reach_m_max(motion.twist_b));
         let decision = self.supervisor.tick(&facts, request.ok(), motion.twist_b, &scene.obstacles);
+        self.status.nearest_m = scene.seen.nearest_m;
         self.scene = scene;
         if decision.command.is_stop() {
             // After a stop the law starts anew: nothing of the motion before is carried into the next command.
@@ -152,9 +154,8 @@ impl Node {
         decision.command
     }
 
-    fn sense(&self, now: Stamp, beat: Beat) -> Conditions {
+    fn sense(&self, now: Stamp, beat: Beat, unknown_share: f64) -> Conditions {
         let ages = self.ages(now);
-        let unknown_share = self.mailbox.scan.as_ref().map_or(1.0, Scan::unknown_share);
         let facts = Conditions::sensed(&self.mailbox.drive, ages, unknown_share, &self.timeouts);
         Conditions { late: beat.late, ..facts }
     }
@@ -172,8 +173,8 @@ impl Node {
         let Scene { seen, bodies, matches, .. } = scene;
         let sight_m = match &self.mailbox.scan {
             Some(scan) => {
-                seen.look(scan, self.mount, motion, now);
-                scan.range_m_max + self.mount.position().norm()
+                seen.look(scan, &self.mount, motion, now);
+                scan.range_m_max + self.mount.translation.vector.norm()
             }
             None => {
                 seen.clear();
@@ -181,15 +182,15 @@ impl Node {
             }
         };
         // A peer may use half of the gap: one that limits us within our reach is no farther than twice that.
-        let range_m = sight_m.max(2.0 * self.guard.reach_m_max() + self.guard.keep_m()) + BODY_SLACK_M;
+        let reach_m = self.guard.reach_m_max(motion.twist_b);
+        let range_m = sight_m.max(2.0 * reach_m + self.guard.keep_m()) + BODY_SLACK_M;
         bodies.clear();
         bodies.extend(self.peers.bodies(now, motion.pose_wb.position(), range_m + motion.pos_bound_m));
         matches.find(seen, motion, bodies);
     }
 
     /// What the law wishes, limited; or why there is no wish.
-    fn ask(&mut self, now: Stamp, beat: Beat, scene: &mut Scene) -> Result<Twist, &'static str> {
-        let motion = self.estimate.motion(now);
+    fn ask(&mut self, now: Stamp, beat: Beat, motion: Motion, scene: &mut Scene) -> Result<Twist, &'static str> {
         scene.neighbours.clear();
         if self.law.asks_for_peers() {
             scene.neighbours.extend(self.peers.followable(now));
@@ -226,7 +227,6 @@ impl Node {
         status.pos_bound_m = motion.pos_bound_m;
         status.twist_b = motion.twist_b;
         status.command = command;
-        status.nearest_m = self.mailbox.scan.as_ref().and_then(Scan::nearest_m);
         status.scan_age = ages.scan;
         status.odometry_age = ages.odometry;
         status.progress = self.law.progress();
@@ -289,8 +289,8 @@ impl Node {
     }
 }
 
-fn mount_of(mount: &Mount) -> Pose {
-    Pose::new(mount.x_m, mount.y_m, mount.yaw_rad)
+fn mount_of(mount: &Mount) -> Isometry2<f64> {
+    Pose::new(mount.x_m, mount.y_m, mount.yaw_rad).isometry()
 }
 
 fn guard_params(file: &RobotFile, tick: Duration) -> GuardParams {

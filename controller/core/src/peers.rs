@@ -225,7 +225,8 @@ impl Record {
     fn new(now: Stamp, beacon: &Beacon, life: Option<&Self>) -> Self {
         let transit_us = now.as_micros() as i64 - beacon.sent.as_micros() as i64;
         let offset_us = life.map_or(transit_us, |life| {
-            let drift_us = now.since(life.received).as_secs_f64() * DRIFT_US_PER_S;
+            let since_us = now.as_micros().saturating_sub(life.received.as_micros());
+            let drift_us = seconds(since_us) * DRIFT_US_PER_S;
             transit_us.min(life.offset_us.saturating_add(drift_us as i64))
         });
         let delay_us = transit_us.saturating_sub(offset_us).max(0) as u64;

@@ -4,10 +4,10 @@
 
 use crate::estimate::Motion;
 use crate::peers::Body;
-use drover_contract::math::{asin, atan2, sin_cos};
+use drover_contract::math::{quick_angle, sin_cos};
 use drover_contract::{Beam, Pose, Scan, Stamp, Vec2, wrap};
 use nalgebra::{Isometry2, Point2};
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 use std::ops::Range;
 
 /// A hit is a peer's if it lies this close to where its disc should be, metres, beside what the bounds allow.
@@ -35,6 +35,10 @@ pub(crate) struct Surroundings {
     rays: Rays,
     /// Farther than this the scan shows nothing, metres.
     range_m_max: f64,
+    /// The nearest hit, metres from the sensor.
+    pub(crate) nearest_m: Option<f64>,
+    /// Share of the scan's beams without a reading, 0..=1.
+    pub(crate) unknown_share: f64,
 }
 
 /// Directions of a scan's beams, sensor frame: scans of one sensor are alike, and sines are dear.
@@ -76,28 +80,30 @@ impl Rays {
 
 impl Surroundings {
     /// The raw scan as the supervisor sees it: taken by a sensor at `mount` (body frame).
-    pub(crate) fn look(&mut self, scan: &Scan, mount: Pose, motion: &Motion, now: Stamp) {
+    pub(crate) fn look(&mut self, scan: &Scan, mount: &Isometry2<f64>, motion: &Motion, now: Stamp) {
         let then = then_in_now(motion, scan.stamp, now).isometry();
         let count = full_turn(scan);
         self.rays.fit(scan, count);
-        self.sensor_b = then * mount.isometry();
+        self.sensor_b = then * mount;
         self.range_m_max = scan.range_m_max;
         self.clear();
+        let (mut nearest_m, mut unknown) = (f64::INFINITY, 0);
         for index in 0..count {
             self.starts.push(self.points_b.len() as u32);
             match beam(scan, index) {
-                Beam::Hit(range_m) => self.put(index, range_m),
-                Beam::Clear => {}
-                Beam::Unknown if unknown_run(scan, index, count) >= BLIND_RUN => {
-                    self.blind_b.push(self.sensor_b.rotation * self.rays.units[index]);
+                Beam::Hit(range_m) => {
+                    nearest_m = nearest_m.min(range_m);
+                    self.put(index, range_m);
                 }
+                Beam::Clear => {}
                 Beam::Unknown => {
-                    if let Some(range_m) = stand_in(scan, index, count) {
-                        self.put(index, range_m);
-                    }
+                    unknown += usize::from(index < scan.beams.len());
+                    self.put_unknown(scan, index, count);
                 }
             }
         }
+        self.nearest_m = nearest_m.is_finite().then_some(nearest_m);
+        self.unknown_share = if scan.beams.is_empty() { 1.0 } else { unknown as f64 / scan.beams.len() as f64 };
         self.starts.push(self.points_b.len() as u32);
     }
 
@@ -106,6 +112,17 @@ impl Surroundings {
         self.points_b.clear();
         self.blind_b.clear();
         self.starts.clear();
+        self.nearest_m = None;
+        self.unknown_share = 1.0;
+    }
+
+    /// A blind spot, or a dropped-out beam that its neighbours stand in for.
+    fn put_unknown(&mut self, scan: &Scan, beam: usize, count: usize) {
+        if unknown_run(scan, beam, count) >= BLIND_RUN {
+            self.blind_b.push(self.sensor_b.rotation * self.rays.units[beam]);
+        } else if let Some(range_m) = stand_in(scan, beam, count) {
+            self.put(beam, range_m);
+        }
     }
 
     fn put(&mut self, beam: usize, range_m: f64) {
@@ -197,7 +214,8 @@ impl Matches {
             return None;
         }
         let runs = if apart_m > within_m {
-            seen.rays.within(atan2(centre_s.y, centre_s.x), asin(within_m / apart_m))
+            let middle_rad = f64::from(quick_angle(centre_s.y as f32, centre_s.x as f32));
+            seen.rays.within(middle_rad, half_angle_rad(within_m / apart_m))
         } else {
             [0.0..f64::INFINITY, NONE, NONE]
         };
@@ -220,6 +238,11 @@ impl Matches {
     }
 }
 
+/// Never below the arc sine of `ratio` (0..=1), and above it by little: a few beams more to look at cost less than it.
+fn half_angle_rad(ratio: f64) -> f64 {
+    ratio + (FRAC_PI_2 - 1.0) * ratio * ratio * ratio
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -240,7 +263,7 @@ mod tests {
 
     fn nearest_wall(hits: &[(usize, f64)], motion: &Motion, bodies: &[Body]) -> Option<Vec2> {
         let mut seen = Surroundings::default();
-        seen.look(&scan(hits), Pose::default(), motion, Stamp::ZERO);
+        seen.look(&scan(hits), &Isometry2::identity(), motion, Stamp::ZERO);
         let mut matches = Matches::default();
         matches.find(&seen, motion, bodies);
         matches.nearest_wall(&seen, Vec2::zeros())
@@ -263,8 +286,17 @@ mod tests {
     fn a_sensor_that_is_mounted_elsewhere_sees_from_there() {
         let mut seen = Surroundings::default();
         let mount = Pose::new(0.2, -0.1, std::f64::consts::PI);
-        seen.look(&scan(&[(0, 2.0)]), mount, &standing(Pose::default()), Stamp::ZERO);
+        seen.look(&scan(&[(0, 2.0)]), &mount.isometry(), &standing(Pose::default()), Stamp::ZERO);
         assert!((seen.points_b[0] - Vec2::new(-1.8, -0.1)).norm() < 1e-9);
+    }
+
+    #[test]
+    fn the_half_angle_is_never_too_small() {
+        for step in 0..=1_000 {
+            let ratio = f64::from(step) / 1_000.0;
+            let over = half_angle_rad(ratio) - ratio.asin();
+            assert!((0.0..0.2).contains(&(over + 1e-15)), "{ratio}: {over}");
+        }
     }
 
     proptest! {
@@ -279,7 +311,7 @@ mod tests {
             scan.angle_step_rad *= if turned { -1.0 } else { 1.0 };
             let motion = standing(Pose::new(0.3, 0.4, 0.5));
             let mut seen = Surroundings::default();
-            seen.look(&scan, Pose::new(0.1, 0.2, mount_yaw), &motion, Stamp::ZERO);
+            seen.look(&scan, &Pose::new(0.1, 0.2, mount_yaw).isometry(), &motion, Stamp::ZERO);
             let body = Body { pos_w: Vec2::new(x, y), radius_m, bound_m: 0.05 };
             let mut matches = Matches::default();
             matches.find(&seen, &motion, &[body]);

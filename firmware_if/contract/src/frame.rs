@@ -80,6 +80,9 @@ impl Pose {
     /// The pose after driving `twist_b` for `dt_s` seconds: exact along the arc.
     #[must_use]
     pub fn advance(&self, twist_b: Twist, dt_s: f64) -> Self {
+        if dt_s == 0.0 || twist_b == Twist::ZERO {
+            return *self;
+        }
         let turn = twist_b.yaw_rate_radps * dt_s;
         let chord = if turn.abs() < 1e-9 { dt_s } else { sin(turn / 2.0) * 2.0 / twist_b.yaw_rate_radps };
         let (sin, cos) = sin_cos(self.yaw_rad + turn / 2.0);

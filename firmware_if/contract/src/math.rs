@@ -16,3 +16,60 @@ pub fn atan2(y: f64, x: f64) -> f64 {
 }
 
 pub use libm::{asin, cos, exp, log, sin};
+
+/// The direction of (x, y), radians, to 4e-7: for intervals of beams, of which there are thousands a scan. (0, 0) gives 0.
+///
+/// The arc tangent of a ratio up to 1 as a polynomial (fitted here, minimax over 0..=1, error 7e-9 before rounding), and
+/// the octants by symmetry. Without a branch, so that a loop over it becomes vector instructions.
+#[inline]
+#[must_use]
+pub fn quick_angle(y: f32, x: f32) -> f32 {
+    use std::f32::consts::{FRAC_PI_2, PI};
+    const C: [f32; 8] = [
+        -0.333_329_86,
+        0.199_903_95,
+        -0.141_859_64,
+        0.105_738_886,
+        -0.073_666_2,
+        0.041_120_894,
+        -0.015_131_967,
+        0.002_622_107_5,
+    ];
+    let (across, along) = (y.abs(), x.abs());
+    let steep = across > along;
+    let (small, large) = if steep { (along, across) } else { (across, along) };
+    let ratio = small / if large > 0.0 { large } else { 1.0 };
+    let s = ratio * ratio;
+    let mut sum = C[7];
+    for c in [C[6], C[5], C[4], C[3], C[2], C[1], C[0]] {
+        sum = sum * s + c;
+    }
+    let octant = ratio + ratio * s * sum;
+    let quarter = if steep { FRAC_PI_2 - octant } else { octant };
+    let half = if x < 0.0 { PI - quarter } else { quarter };
+    if y < 0.0 { -half } else { half }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_quick_angle_is_right_all_around() {
+        for step in 0..100_000 {
+            let true_rad = (f64::from(step) / 100_000.0 - 0.5) * std::f64::consts::TAU;
+            let (sin, cos) = sin_cos(true_rad);
+            let got = f64::from(quick_angle((3.0 * sin) as f32, (3.0 * cos) as f32));
+            assert!(crate::wrap(got - true_rad).abs() < 4e-7, "{true_rad}: {got}");
+        }
+        assert!(quick_angle(0.0, 0.0) == 0.0 && (quick_angle(0.0, -1.0) - std::f32::consts::PI).abs() < 1e-6);
+    }
+
+    #[test]
+    fn mirrored_points_have_mirrored_angles() {
+        for step in 1..1_000 {
+            let (y, x) = (step as f32 * 0.01, 3.0 - step as f32 * 0.006);
+            assert!(quick_angle(-y, x).to_bits() == (-quick_angle(y, x)).to_bits());
+        }
+    }
+}

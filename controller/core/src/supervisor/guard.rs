@@ -12,7 +12,7 @@
 
 use super::Reason;
 use super::obstacles::{Obstacles, Plane};
-use super::rollout::{Pace, Start, course};
+use super::rollout::{Pace, Start, course, latency_course};
 use drover_contract::{Limits, Twist, Vec2};
 
 /// Shares of the requested turn and speed that are tried.
@@ -76,9 +76,12 @@ pub(super) fn guard(
     if bounds.is_empty() {
         return guarded(request, request, None); // with nothing within reach no course needs to be known
     }
-    let mut why = None;
-    for candidate in candidates(request) {
-        course(start, candidate, &pace, path);
+    let committed = latency_course(start, &pace, path);
+    // What crosses before any command can act cannot be helped by a choice among them.
+    let helpless = bounds.crossed_by(path);
+    let mut why = helpless;
+    for candidate in candidates(request).filter(|_| helpless.is_none()) {
+        course(committed, candidate, &pace, path);
         match bounds.crossed_by(path) {
             None => return guarded(request, candidate, why),
             Some(reason) => why = why.or(Some(reason)),
@@ -94,9 +97,12 @@ fn guarded(request: Twist, twist_b: Twist, why: Option<Reason>) -> Guarded {
     Guarded { twist_b, reduced: why, blocked: why.filter(|_| blocked) }
 }
 
+/// Shares of nothing are all alike: each is tried once.
 fn candidates(request: Twist) -> impl Iterator<Item = Twist> {
-    TURN_SHARES.into_iter().flat_map(move |turn| {
-        (0..=SPEED_STEPS).rev().map(move |step| {
+    let turns = if request.yaw_rate_radps == 0.0 { 1 } else { TURN_SHARES.len() };
+    let slowest = if request.speed_mps == 0.0 { SPEED_STEPS } else { 0 };
+    TURN_SHARES.into_iter().take(turns).flat_map(move |turn| {
+        (slowest..=SPEED_STEPS).rev().map(move |step| {
             let share = f64::from(step) / f64::from(SPEED_STEPS);
             Twist::new(request.speed_mps * share, request.yaw_rate_radps * turn)
         })
@@ -104,9 +110,9 @@ fn candidates(request: Twist) -> impl Iterator<Item = Twist> {
 }
 
 impl GuardParams {
-    /// No course at all leads farther than this, metres.
-    pub(crate) fn reach_m_max(&self) -> f64 {
-        let most_mps = self.limits.speed_mps_max.max(self.limits.reverse_mps_max);
+    /// No course at all of a body that moves as fast as `is_b` leads farther than this, metres.
+    pub(crate) fn reach_m_max(&self, is_b: Twist) -> f64 {
+        let most_mps = self.limits.speed_mps_max.max(self.limits.reverse_mps_max).max(is_b.speed_mps.abs());
         reach_at_m(most_mps, self)
     }
 }

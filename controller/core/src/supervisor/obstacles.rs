@@ -42,17 +42,21 @@ pub(super) struct Plane {
 }
 
 impl Obstacles {
-    /// From the raw scan and the peers' bodies, matched. `keep_m` is the body's radius and margin; `unheard` says that
-    /// some peer of the swarm is not heard now. What was held before is forgotten.
-    pub(crate) fn fill(&mut self, seen: &Surroundings, peers: &Peers<'_>, keep_m: f64, unheard: bool) {
-        self.points_b.clone_from(&seen.points_b);
+    /// From the raw scan and the peers' bodies, matched: what a body can come to that goes no farther than `reach_m` and
+    /// keeps `keep_m`, its radius and margin. What was held before is forgotten.
+    pub(crate) fn fill(&mut self, seen: &Surroundings, peers: &Peers<'_>, keep_m: f64, reach_m: f64) {
+        // Half of a gap is a limit: what is farther than twice the reach limits nobody.
+        let within_m = keep_m + 2.0 * reach_m;
+        let near = |point_b: &&Vec2| point_b.norm_squared() <= within_m * within_m;
+        self.points_b.clear();
+        self.points_b.extend(seen.points_b.iter().filter(near));
         self.planes.clear();
         let pairs = peers.bodies.iter().zip(&peers.matches.bodies);
         self.planes.extend(pairs.filter_map(|(body, place)| peer_plane(body, *place, peers.own_bound_m, keep_m)));
         // A blind spot is an obstacle at the margin: no advance into it.
         self.planes.extend(seen.blind_b.iter().map(|ray_b| plane(*ray_b, 0.0, Reason::Obstacle)));
-        if unheard {
-            self.planes.extend(seen.points_b.iter().filter_map(|hit_b| stranger_plane(*hit_b, keep_m)));
+        if peers.unheard {
+            self.planes.extend(self.points_b.iter().filter_map(|hit_b| stranger_plane(*hit_b, keep_m)));
         }
     }
 }
@@ -64,6 +68,8 @@ pub(crate) struct Peers<'a> {
     pub(crate) matches: &'a Matches,
     /// Metres.
     pub(crate) own_bound_m: f64,
+    /// Some peer of the swarm is not heard now.
+    pub(crate) unheard: bool,
 }
 
 fn plane(normal_b: Vec2, advance_m: f64, reason: Reason) -> Plane {

@@ -36,11 +36,18 @@ pub(super) struct Pace<'a> {
     pub(super) limits: &'a Limits,
 }
 
-/// The centre's course in the body frame of now, the present place not included.
-pub(super) fn course(start: Start, candidate_b: Twist, pace: &Pace<'_>, out: &mut Vec<Vec2>) {
+/// The centre's course while the command before still acts, in the body frame of now, the present place not included.
+/// It is the same whatever is commanded next: where it ends, courses go on.
+pub(super) fn latency_course(start: Start, pace: &Pace<'_>, out: &mut Vec<Vec2>) -> State {
     out.clear();
     let mut state = State { pose: Pose::default(), twist_b: still(start.is_b) };
     state.phase(start.before_b, pace.latency_s, pace.limits, out);
+    state
+}
+
+/// The course from there on if `candidate_b` is given for one tick and the brakes are applied then.
+pub(super) fn course(mut state: State, candidate_b: Twist, pace: &Pace<'_>, out: &mut Vec<Vec2>) {
+    out.clear();
     state.phase(candidate_b, pace.tick_s, pace.limits, out);
     while state.twist_b.speed_mps.abs() > 1e-6 && out.len() < STEPS_MAX {
         state.phase(Twist::ZERO, STEP_S, pace.limits, out);
@@ -52,7 +59,9 @@ fn still(is_b: Twist) -> Twist {
     Twist { speed_mps, ..is_b }
 }
 
-struct State {
+/// Where a course has come to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct State {
     pose: Pose,
     twist_b: Twist,
 }

@@ -45,7 +45,7 @@ fn around(place: &Place, pose_wb: Pose, twist_b: Twist) -> Obstacles {
 
 fn surroundings(scan: &Scan, motion: &Motion, now: Stamp) -> Surroundings {
     let mut seen = Surroundings::default();
-    seen.look(scan, Pose::default(), motion, now);
+    seen.look(scan, &nalgebra::Isometry2::identity(), motion, now);
     seen
 }
 
@@ -53,8 +53,8 @@ fn obstacles_of(seen: &Surroundings, motion: &Motion, bodies: &[Body], keep_m: f
     let mut matches = Matches::default();
     matches.find(seen, motion, bodies);
     let mut obstacles = Obstacles::default();
-    let peers = Peers { bodies, matches: &matches, own_bound_m: motion.pos_bound_m };
-    obstacles.fill(seen, &peers, keep_m, unheard);
+    let peers = Peers { bodies, matches: &matches, own_bound_m: motion.pos_bound_m, unheard };
+    obstacles.fill(seen, &peers, keep_m, 100.0);
     obstacles
 }
 

@@ -3,6 +3,7 @@
 //! World: `x_east = y_ned`, `y_north = x_ned`, `yaw = pi/2 - yaw_ned`. Body: forward stays, right becomes minus left,
 //! and every turn changes sign. Both conversions are their own inverse.
 
+use drover_contract::math::sin_cos;
 use drover_contract::{Pose, Twist, wrap};
 use std::f64::consts::FRAC_PI_2;
 
@@ -18,7 +19,7 @@ pub(crate) fn pose_from_ned(north_m: f64, east_m: f64, yaw_ned_rad: f64) -> Pose
 
 /// The body's own twist from its velocity over ground and its turn to the right.
 pub(crate) fn twist_from_ned(velocity_ne: [f64; 2], yaw_ned_rad: f64, yaw_speed_radps: f64) -> Twist {
-    let (sin, cos) = yaw_ned_rad.sin_cos();
+    let (sin, cos) = sin_cos(yaw_ned_rad);
     Twist::new(velocity_ne[0] * cos + velocity_ne[1] * sin, 0.0 - yaw_speed_radps)
 }
 

@@ -2,6 +2,7 @@
 
 use crate::mavlink::ned;
 use crate::mavlink::raw::Raw;
+use drover_contract::math::atan2;
 use drover_contract::{Pose, Twist, Vec2, wrap};
 
 /// The frames that are taken; BODY_FRD (12) and LOCAL_FRD (20) are silently ignored.
@@ -93,7 +94,7 @@ impl Setpoint {
     /// `sign(vx) * |v|` in every frame: sideways counts as forward.
     fn speed_mps(&self) -> f64 {
         let [forward, right] = self.velocity_mps.map(f64::from);
-        let speed = forward.hypot(right);
+        let speed = Vec2::new(forward, right).norm();
         if forward < 0.0 { -speed } else { speed }
     }
 
@@ -112,9 +113,9 @@ impl Setpoint {
 
     fn course(&self, pose_wb: &Pose) -> Demand {
         let [ahead, right] = self.velocity_mps.map(f64::from);
-        let clockwise = right.atan2(ahead);
+        let clockwise = atan2(right, ahead);
         let yaw_rad = if self.in_body() { wrap(pose_wb.yaw_rad - clockwise) } else { ned::flip_heading(clockwise) };
-        Demand::Course { yaw_rad, speed_mps: ahead.hypot(right) }
+        Demand::Course { yaw_rad, speed_mps: Vec2::new(ahead, right).norm() }
     }
 
     fn point(&self, pose_wb: &Pose) -> Demand {
