@@ -1,7 +1,7 @@
 //! `drover bench NAME`: measure, and print what is measured.
 
 use crate::exit::Exit;
-use drover_bench::{Conditions, LatencyResult, SimResult, bringup, convoy, latency, sim};
+use drover_bench::{Conditions, LatencyResult, SimResult, bringup, convoy, latency, rays, sim};
 use drover_config::{Swarm, load_swarm};
 use serde::Serialize;
 use std::fmt::Display;
@@ -40,6 +40,8 @@ enum Name {
     Latency,
     /// Many MAVLink robots from start to all driving
     Bringup,
+    /// A lidar's scans, ours against parry's ray cast in the same places
+    Rays,
     /// Robot-steps a second beside the peers' figures, cost against the number of robots, the wire in virtual time
     Sim,
 }
@@ -52,6 +54,10 @@ pub(crate) fn execute(arguments: &Arguments) -> Exit {
     let measured = match arguments.name {
         Name::Latency => measure_latency(arguments, &template).map(|result| show(&result, arguments.json)),
         Name::Bringup => measure_bringup(arguments, &template).map(|result| show(&result, arguments.json)),
+        Name::Rays => {
+            show(&rays(arguments.quick), arguments.json);
+            Ok(())
+        }
         Name::Sim => measure_sim(arguments, &template).map(|result| show(&result, arguments.json)),
     };
     match measured {

@@ -1,7 +1,12 @@
 //! Virtual time: whole swarms over memory links, every byte through the codecs, many times faster than real time.
 
+mod determinism;
 mod drives;
 mod faults;
+mod fidelity;
 mod hostile;
 mod journey;
+mod mirror;
+mod shadow;
 mod support;
+mod swarms;

@@ -10,12 +10,14 @@ mod scenes;
 use crate::machine::{Conditions, ProcessUse};
 use crate::peers::{PeerRate, irsim};
 use drover_config::{Diffuse, Swarm};
-use drover_contract::{Stamp, Twist};
+use drover_contract::math::sin_cos;
+use drover_contract::{Beam, Stamp, Twist, Vec2};
 use drover_core::diffuse;
 use drover_swarm::{DirectSwarm, Trial, VirtualSwarm};
 use drover_world::{Arena, BodySpec};
 use scenes::{Diffusion, FOOT_BOT, KHEPERA, TICK_MS};
 use serde::Serialize;
+use std::f64::consts::TAU;
 use std::fmt;
 use std::time::{Duration, Instant};
 
@@ -142,18 +144,33 @@ fn off(scene: &Diffusion, robots: u32, effort: &Effort) -> f64 {
     let mut arena = Arena::new(&swarm.world, &BodySpec::all_of(&swarm), 1);
     let mut demands = vec![Twist::ZERO; robots as usize];
     let (law, dt_s) = (scene.law(), f64::from(TICK_MS) / 1e3);
+    let rays = rays(scene.beams);
     let mut tick = || {
         for (robot, demand) in demands.iter_mut().enumerate() {
-            *demand = sense_and_decide(&mut arena, robot, &law);
+            *demand = sense_and_decide(&mut arena, robot, &law, &rays);
         }
         arena.step(dt_s, &demands);
     };
     rate(f64::from(robots), effort, &mut tick)
 }
 
-fn sense_and_decide(arena: &mut Arena, robot: usize, law: &Diffuse) -> Twist {
+/// Directions of a full turn's beams.
+fn rays(beams: u32) -> Vec<Vec2> {
+    let ray = |index| {
+        let (sin, cos) = sin_cos(TAU * f64::from(index) / f64::from(beams));
+        Vec2::new(cos, sin)
+    };
+    (0..beams).map(ray).collect()
+}
+
+/// What is farther than the law's clearance means nothing to it: only near beams become points.
+fn sense_and_decide(arena: &mut Arena, robot: usize, law: &Diffuse, rays: &[Vec2]) -> Twist {
     let scan = arena.cast(Stamp::ZERO, robot);
-    diffuse(law, scan.points_b().map(|(_, point_b)| point_b))
+    let near = scan.beams.iter().zip(rays).filter_map(|(beam, ray)| match beam {
+        Beam::Hit(range_m) if *range_m < law.clearance_m => Some(ray * *range_m),
+        Beam::Hit(_) | Beam::Clear | Beam::Unknown => None,
+    });
+    diffuse(law, near)
 }
 
 /// Everything that a run on values has.

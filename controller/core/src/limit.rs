@@ -17,6 +17,9 @@ pub(crate) fn limit(request: Twist, before: Twist, limits: &Limits, dt_s: f64) -
 
 /// The speed after `dt_s` seconds on the way from `from` to `to`: slowing down by the brake, then speeding up.
 pub(crate) fn approach(from_mps: f64, to_mps: f64, limits: &Limits, dt_s: f64) -> f64 {
+    if (from_mps - to_mps).abs() <= 0.0 {
+        return to_mps; // most courses spend most of their time at one speed
+    }
     let slower = to_mps.clamp(from_mps.min(0.0), from_mps.max(0.0));
     let braked = step(from_mps, slower, limits.brake_mps2 * dt_s);
     // While the brake is not done, all of the time is used up and nothing is left to speed up in.

@@ -16,8 +16,9 @@ const MATCH_SLACK_M: f64 = 0.15;
 const MATCH_BOUND_M_MAX: f64 = 0.4;
 /// That many unknown beams side by side are a blind spot; fewer take the nearer of their two neighbours.
 const BLIND_RUN: usize = 3;
-/// No beam.
+/// No beam, and all of them.
 const NONE: Range<f64> = -1.0..-1.0;
+const ALL: [Range<f64>; 2] = [0.0..f64::INFINITY, NONE];
 /// Beams that are looked at to either side of where a body can be: rounding must not cost a match.
 const MATCH_BEAMS: f64 = 0.01;
 
@@ -46,6 +47,9 @@ pub(crate) struct Surroundings {
 struct Rays {
     first_rad: f64,
     step_rad: f64,
+    /// Beams a radian, and beams of a full turn.
+    per_rad: f64,
+    turn_beams: f64,
     units: Vec<Vec2>,
 }
 
@@ -60,21 +64,30 @@ impl Rays {
                 let (sin, cos) = sin_cos(scan.angle_rad(index));
                 Vec2::new(cos, sin)
             };
-            *self = Self { first_rad, step_rad, units: (0..count).map(unit).collect() };
+            let units = (0..count).map(unit).collect();
+            *self = Self { first_rad, step_rad, per_rad: 1.0 / step_rad, turn_beams: TAU / step_rad.abs(), units };
         }
     }
 
-    /// The beams that may point into the angles `middle_rad +- half_rad`, in up to three runs.
-    fn within(&self, middle_rad: f64, half_rad: f64) -> [Range<f64>; 3] {
-        let turn = TAU / self.step_rad.abs();
-        let middle = wrap(middle_rad - self.first_rad) / self.step_rad;
-        let half = half_rad / self.step_rad.abs() + MATCH_BEAMS;
-        // The middle is within a turn of the first beam either way, so the beams are within a turn of it either way.
-        let whole = 2.0 * half >= turn || self.units.len() as f64 > turn + 1.0;
-        if whole {
-            return [0.0..f64::INFINITY, NONE, NONE];
+    /// The beams that may point into the angles `middle_rad +- half_rad`, in up to two runs.
+    fn within(&self, middle_rad: f64, half_rad: f64) -> [Range<f64>; 2] {
+        let turn = self.turn_beams;
+        let half = half_rad * self.per_rad.abs() + MATCH_BEAMS;
+        if 2.0 * half >= turn || self.units.len() as f64 > turn + 1.0 {
+            return ALL;
         }
-        [-1.0, 0.0, 1.0].map(|turns| middle + turns * turn - half..middle + turns * turn + half)
+        let middle = wrap(middle_rad - self.first_rad) * self.per_rad;
+        let middle = if middle < 0.0 { middle + turn } else { middle };
+        // What reaches beyond an end of the turn goes on at its other end.
+        let (from, to) = (middle - half, middle + half);
+        let beyond = if from < 0.0 {
+            from + turn..turn
+        } else if to >= turn {
+            0.0..to - turn
+        } else {
+            NONE
+        };
+        [from..to, beyond]
     }
 }
 
@@ -217,7 +230,7 @@ impl Matches {
             let middle_rad = f64::from(quick_angle(centre_s.y as f32, centre_s.x as f32));
             seen.rays.within(middle_rad, half_angle_rad(within_m / apart_m))
         } else {
-            [0.0..f64::INFINITY, NONE, NONE]
+            ALL
         };
         let mut nearest_b: Option<Vec2> = None;
         for index in runs.iter().flat_map(|run| seen.points_on(run)) {

@@ -15,6 +15,7 @@ pub mod firmware;
 pub mod geometry;
 mod grid;
 mod ideal;
+mod lanes;
 pub mod lidar;
 mod map;
 mod periodic;

@@ -8,8 +8,9 @@
 //! edges. A scan's angles and points are in the sensor's frame; `lidar.mount` says where that is.
 
 use crate::chance::{Draws, Use};
-use crate::depth::{DepthBuffer, LANES};
+use crate::depth::DepthBuffer;
 use crate::geometry::Disc;
+use crate::lanes::{LANES, Lanes};
 use crate::sight::Sight;
 use drover_config::{Kind, Mount};
 use drover_contract::{Beam, Pose, Scan, Stamp, Vec2};
@@ -71,6 +72,24 @@ impl LidarParams {
         } else {
             (0.0, self.fov_rad)
         }
+    }
+
+    /// What the sensor makes of the true range of beam `nth`.
+    fn reading(&self, draws: Draws, nth: u64, range_m: f64) -> Beam {
+        let LidarParams { range_m_min, range_m_max, range_noise_m, beam_dropout, range_step_m, .. } = *self;
+        if beam_dropout > 0.0 && draws.uniform(!nth) < beam_dropout {
+            return Beam::Unknown;
+        }
+        if range_m > range_m_max {
+            return Beam::Clear;
+        }
+        if range_m < range_m_min {
+            return Beam::Unknown;
+        }
+        let noise_m = if range_noise_m > 0.0 { range_noise_m * draws.roughly_normal(nth) } else { 0.0 };
+        let measured_m = range_m + noise_m;
+        let stepped_m = if range_step_m > 0.0 { (measured_m / range_step_m).round() * range_step_m } else { measured_m };
+        Beam::Hit(stepped_m.clamp(range_m_min, range_m_max))
     }
 }
 
@@ -139,7 +158,9 @@ impl Lidar {
         self.cast_all(pose_wb, scenery);
         let draws = self.draws.of(self.scans);
         self.scans += 1;
-        let beams = (0..self.depth.beams()).map(|beam| self.reading(draws, beam)).collect();
+        let params = self.params;
+        let ranges_m = self.depth.ranges().iter().enumerate();
+        let beams = ranges_m.map(|(beam, range_m)| params.reading(draws, beam as u64, *range_m)).collect();
         let (angle_first_rad, angle_step_rad) = self.params.angles_rad();
         let LidarParams { range_m_min, range_m_max, .. } = self.params;
         Scan { stamp: now, angle_first_rad, angle_step_rad, range_m_min, range_m_max, beams }
@@ -150,7 +171,7 @@ impl Lidar {
     pub fn ranges(&mut self, pose_wb: Pose, scenery: &impl Scenery) -> impl Iterator<Item = f64> + '_ {
         self.depth.clear();
         self.cast(pose_wb, scenery);
-        (0..self.depth.beams()).map(|beam| self.depth.range_of(beam))
+        self.depth.ranges().iter().copied()
     }
 
     /// Heap bytes held.
@@ -185,26 +206,6 @@ impl Lidar {
         scenery.bodies_near(at_w, self.params.range_m_max, &mut |body| bodies.see(body, depth));
         bodies.finish(depth);
     }
-
-    /// What the sensor makes of a beam's true range.
-    fn reading(&self, draws: Draws, beam: usize) -> Beam {
-        let LidarParams { range_m_min, range_m_max, range_noise_m, beam_dropout, range_step_m, .. } = self.params;
-        let nth = beam as u64;
-        if beam_dropout > 0.0 && draws.uniform(!nth) < beam_dropout {
-            return Beam::Unknown;
-        }
-        let range_m = self.depth.range_of(beam);
-        if range_m > range_m_max {
-            return Beam::Clear;
-        }
-        if range_m < range_m_min {
-            return Beam::Unknown;
-        }
-        let noise_m = if range_noise_m > 0.0 { range_noise_m * draws.roughly_normal(nth) } else { 0.0 };
-        let measured_m = range_m + noise_m;
-        let stepped_m = if range_step_m > 0.0 { (measured_m / range_step_m).round() * range_step_m } else { measured_m };
-        Beam::Hit(stepped_m.clamp(range_m_min, range_m_max))
-    }
 }
 
 /// Other bodies on their way into the buffer, in lanes.
@@ -212,14 +213,14 @@ struct Bodies {
     origin_w: Vec2,
     heading: Vec2,
     count: usize,
-    px: [f32; LANES],
-    py: [f32; LANES],
-    radius: [f32; LANES],
+    px: Lanes,
+    py: Lanes,
+    radius: Lanes,
 }
 
 impl Bodies {
     fn new(pose_ws: Pose) -> Self {
-        let empty = [0.0; LANES];
+        let empty = Lanes::default();
         let (origin_w, heading) = (pose_ws.position(), pose_ws.heading());
         Self { origin_w, heading, count: 0, px: empty, py: empty, radius: empty }
     }
@@ -232,11 +233,11 @@ impl Bodies {
     fn see(&mut self, body: Silhouette<'_>, depth: &mut DepthBuffer) {
         match body {
             Silhouette::Disc(disc) => {
-                [self.px[self.count], self.py[self.count]] = self.to_sensor(disc.centre_w);
-                self.radius[self.count] = disc.radius_m as f32;
+                [self.px.each_mut()[self.count], self.py.each_mut()[self.count]] = self.to_sensor(disc.centre_w);
+                self.radius.each_mut()[self.count] = disc.radius_m as f32;
                 self.count += 1;
                 if self.count == LANES {
-                    depth.draw_discs([&self.px, &self.py, &self.radius]);
+                    depth.draw_discs([self.px, self.py], self.radius);
                     self.count = 0;
                 }
             }
@@ -251,20 +252,24 @@ impl Bodies {
             let corner_b = corners_b[corners_b.len() - 1 - index % corners_b.len()];
             self.to_sensor((frame * nalgebra::Point2::from(corner_b)).coords)
         };
-        let edges: Vec<([f32; 2], [f32; 2])> = (0..corners_b.len()).map(|i| (corner(i), corner(i + 1))).collect();
-        for edges in edges.chunks(LANES) {
-            let (mut ax, mut ay, mut ex, mut ey) = ([0.0; LANES], [0.0; LANES], [0.0; LANES], [0.0; LANES]);
-            for (i, (from, to)) in edges.iter().enumerate() {
-                (ax[i], ay[i]) = (from[0], from[1]);
-                (ex[i], ey[i]) = (to[0] - from[0], to[1] - from[1]);
+        let (mut from, count) = (corner(0), corners_b.len());
+        for first in (0..count).step_by(LANES) {
+            let [mut ax, mut ay, mut bx, mut by] = [Lanes::default(); 4];
+            for i in 0..LANES.min(count - first) {
+                let to = corner(first + i + 1);
+                ([ax.each_mut()[i], ay.each_mut()[i]], [bx.each_mut()[i], by.each_mut()[i]]) = (from, to);
+                from = to;
             }
-            depth.draw_walls([&ax, &ay, &ex, &ey]);
+            depth.draw_walls([ax, ay], [bx, by]);
         }
     }
 
     fn finish(mut self, depth: &mut DepthBuffer) {
-        self.radius[self.count..].fill(0.0);
-        depth.draw_discs([&self.px, &self.py, &self.radius]);
+        if self.count == 0 {
+            return;
+        }
+        self.radius.each_mut()[self.count..].fill(0.0);
+        depth.draw_discs([self.px, self.py], self.radius);
     }
 }
 

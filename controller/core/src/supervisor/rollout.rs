@@ -68,9 +68,11 @@ pub(super) struct State {
 
 impl State {
     fn phase(&mut self, target_b: Twist, span_s: f64, limits: &Limits, out: &mut Vec<Vec2>) {
-        let steps = (span_s / STEP_S).ceil().max(1.0);
-        let dt_s = span_s / steps;
-        for _ in 0..steps as usize {
+        // Rounded up by hand, which needs no call.
+        let whole = (span_s / STEP_S) as usize;
+        let steps = (whole + usize::from(span_s / STEP_S > whole as f64)).max(1);
+        let dt_s = span_s / steps as f64;
+        for _ in 0..steps {
             let next = Twist {
                 speed_mps: approach(self.twist_b.speed_mps, target_b.speed_mps, limits, dt_s),
                 yaw_rate_radps: step(

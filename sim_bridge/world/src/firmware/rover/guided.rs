@@ -1,6 +1,7 @@
 //! What GUIDED makes of a stored setpoint: the twist that the motors are asked for.
 
 use drover_codec::mavlink::device::Demand;
+use drover_contract::math::{atan2, cos};
 use drover_contract::{Pose, Twist, wrap};
 
 /// WP_SPEED and ATC_STR_RAT_MAX (120 degrees/s) of the measured rover.
@@ -21,7 +22,7 @@ pub(super) fn follow(demand: &Demand, pose_wb: &Pose) -> Twist {
         Demand::Point(point) => {
             let left = point - pose_wb.position();
             let speed_mps = if left.norm() > ARRIVED_M { left.norm() * APPROACH_GAIN_PER_S } else { 0.0 };
-            if speed_mps > 0.0 { steer(pose_wb, left.y.atan2(left.x), speed_mps) } else { Twist::ZERO }
+            if speed_mps > 0.0 { steer(pose_wb, atan2(left.y, left.x), speed_mps) } else { Twist::ZERO }
         }
         Demand::AccelerationUsed | Demand::Ignored => Twist::ZERO,
     };
@@ -34,5 +35,5 @@ pub(super) fn follow(demand: &Demand, pose_wb: &Pose) -> Twist {
 /// Turn towards a heading; drive only as far as the body already points there.
 fn steer(pose_wb: &Pose, yaw_rad: f64, speed_mps: f64) -> Twist {
     let error = wrap(yaw_rad - pose_wb.yaw_rad);
-    Twist::new(speed_mps * error.cos().max(0.0), HEADING_GAIN_PER_S * error)
+    Twist::new(speed_mps * cos(error).max(0.0), HEADING_GAIN_PER_S * error)
 }
