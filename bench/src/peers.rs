@@ -9,7 +9,9 @@ use std::time::{Duration, Instant};
 
 /// Both are found from the repository's root; anywhere else there are no peers.
 const SCRIPT: &str = "bench/peers/irsim.py";
-const PYTHON: &str = "target/peers-irsim/bin/python";
+/// Interpreter and lidar of IR-SIM, and of the same with its lidar in C++.
+const PEERS: [(&str, &str); 2] =
+    [("target/peers-irsim/bin/python", "python"), ("target/peers-irsimx/bin/python", "cpp")];
 
 /// Beyond the time for its ticks: a peer has to start, build its world and warm up.
 const START_S: u64 = 60;
@@ -31,21 +33,22 @@ pub struct PeerRate {
     pub notes: String,
 }
 
-/// IR-SIM on our work; `None` if it is not installed.
+/// Every peer that is installed, on our work.
 ///
 /// # Errors
-/// If it is installed and fails, takes too long, or says something else than a rate.
-pub(crate) fn irsim(robots: u32, quick: bool) -> anyhow::Result<Option<PeerRate>> {
-    if !Path::new(SCRIPT).is_file() || !Path::new(PYTHON).exists() {
-        return Ok(None);
-    }
+/// If one is installed and fails, takes too long, or says something else than a rate.
+pub(crate) fn peers(robots: u32, quick: bool) -> anyhow::Result<Vec<PeerRate>> {
+    let there = PEERS.iter().filter(|(python, _)| Path::new(SCRIPT).is_file() && Path::new(python).exists());
+    there.map(|(python, lidar)| irsim(python, lidar, robots, quick)).collect()
+}
+
+fn irsim(python: &str, lidar: &str, robots: u32, quick: bool) -> anyhow::Result<PeerRate> {
     let (ticks, seconds_max) = if quick { (5, 2) } else { (200, 20) };
-    let mut command = Command::new(PYTHON);
+    let mut command = Command::new(python);
     command.arg(SCRIPT).args(["--robots", &robots.to_string(), "--ticks", &ticks.to_string()]);
-    command.args(["--seconds-max", &seconds_max.to_string()]);
+    command.args(["--seconds-max", &seconds_max.to_string(), "--lidar", lidar]);
     let said = output(&mut command, Duration::from_secs(START_S + seconds_max)).context(SCRIPT)?;
-    let rate = serde_json::from_str(&said).with_context(|| format!("{SCRIPT} said {said:?}"))?;
-    Ok(Some(rate))
+    serde_json::from_str(&said).with_context(|| format!("{SCRIPT} said {said:?}"))
 }
 
 /// What `command` prints until it ends, which it must within `limit`. What it complains about goes where ours goes.

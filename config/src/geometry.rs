@@ -12,7 +12,7 @@ fn cross(a: Point, b: Point, c: Point) -> f64 {
 
 /// Distance between two points.
 pub(crate) fn distance(a: Point, b: Point) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
+    libm::hypot(a[0] - b[0], a[1] - b[1])
 }
 
 /// Distance from `p` to the segment `a`-`b`.

@@ -213,7 +213,7 @@ fn solid_gaps_m(map: &GridMap, place: Point, radius_m: f64) -> impl Iterator<Ite
         let cells = cells.get(columns.clone()).unwrap_or_default();
         let solid = columns.clone().zip(cells).filter(|(_, solid)| **solid);
         let row_m = away(row, place[1]);
-        solid.map(move |(column, _)| away(column, place[0]).hypot(row_m))
+        solid.map(move |(column, _)| libm::hypot(away(column, place[0]), row_m))
     };
     rows.flat_map(in_row).filter(move |gap_m| *gap_m < radius_m || *gap_m <= 0.0)
 }

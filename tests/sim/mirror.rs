@@ -47,52 +47,61 @@ fn without_chance(mut swarm: Swarm) -> Swarm {
     swarm
 }
 
-/// Run a swarm and its mirror image side by side: how far the second is from the first's mirror image at most, in
-/// metres, radians, m/s and rad/s alike; and how far a robot drove on average, metres.
-fn asymmetry(swarm: &Swarm, run_s: f64) -> (f64, f64) {
+/// How far a run is from its mirror image's mirror image at most.
+#[derive(Debug, Default)]
+struct Asymmetry {
+    place_m: f64,
+    /// Heading, speed and turn, in rad, m/s and rad/s.
+    motion: f64,
+    /// How far a robot drove on average, metres.
+    driven_m: f64,
+}
+
+/// Run a swarm and its mirror image side by side.
+fn asymmetry(swarm: &Swarm, run_s: f64) -> Asymmetry {
     let (mut here, mut there) = (DirectSwarm::new(swarm), DirectSwarm::new(&mirrored(swarm)));
-    let mut worst: f64 = 0.0;
+    let mut all = Asymmetry::default();
     while here.now().as_secs_f64() < run_s {
         here.step();
         there.step();
         for robot in 0..swarm.robots.len() {
             let (a, b) = (here.arena().state(robot), there.arena().state(robot));
             let (pose_a, pose_b, twist_a, twist_b) = (a.pose_wb, b.pose_wb, a.twist_b, b.twist_b);
-            let apart = [
-                pose_a.x_m - pose_b.x_m,
-                pose_a.y_m + pose_b.y_m,
+            let place = [pose_a.x_m - pose_b.x_m, pose_a.y_m + pose_b.y_m];
+            let motion = [
                 wrap(pose_a.yaw_rad + pose_b.yaw_rad),
                 twist_a.speed_mps - twist_b.speed_mps,
                 twist_a.yaw_rate_radps + twist_b.yaw_rate_radps,
             ];
-            worst = apart.iter().fold(worst, |worst, apart| worst.max(apart.abs()));
+            all.place_m = place.iter().fold(all.place_m, |worst, apart| worst.max(apart.abs()));
+            all.motion = motion.iter().fold(all.motion, |worst, apart| worst.max(apart.abs()));
         }
     }
     let driven_m = (0..swarm.robots.len()).map(|robot| here.arena().path_m(robot)).sum::<f64>();
-    (worst, driven_m / swarm.robots.len() as f64)
+    Asymmetry { driven_m: driven_m / swarm.robots.len() as f64, ..all }
 }
 
-fn assert_mirrors(swarm: Swarm, run_s: f64, within: f64) {
-    let (worst, driven_m) = asymmetry(&without_chance(swarm.clone()), run_s);
-    println!("{} {worst} {driven_m}", swarm.name);
-    assert!(driven_m > 0.3 * run_s * 0.5, "{}: they drove {driven_m} m each: too little to show anything", swarm.name);
-    assert!(worst <= within, "{} is off its mirror image by {worst} after {run_s} s", swarm.name);
+fn assert_mirrors(swarm: Swarm, run_s: f64) {
+    let all = asymmetry(&without_chance(swarm.clone()), run_s);
+    println!("{} {all:?}", swarm.name);
+    assert!(all.driven_m > 0.15 * run_s, "{}, {all:?}: they stood too much to show anything", swarm.name);
+    assert!(all.place_m <= 1e-6 && all.motion <= 1e-5, "{} after {run_s} s: {all:?}", swarm.name);
 }
 
 #[test]
 fn a_flock_in_a_mirrored_room_makes_the_mirrored_journey() {
     for seed in 1..=2 {
-        assert_mirrors(shipped("swarms/first.toml", &[&format!("seed={seed}")]), 36.0, 1e-6);
+        assert_mirrors(shipped("swarms/first.toml", &[&format!("seed={seed}")]), 36.0);
     }
 }
 
 #[test]
 fn a_crowd_in_a_mirrored_hall_spreads_as_its_mirror_image() {
-    assert_mirrors(written(CROWD, &[]), 5.0, 1e-6);
+    assert_mirrors(written(CROWD, &[]), 3.0);
 }
 
 #[test]
 fn outlines_mounted_lidars_and_bad_radios_in_a_mirrored_cave_and_maze_are_as_their_mirror_images() {
-    assert_mirrors(written(MAZE, &[]), 15.0, 1e-6);
-    assert_mirrors(written(EVERYTHING, &[]), 15.0, 1e-6);
+    assert_mirrors(written(MAZE, &[]), 15.0);
+    assert_mirrors(written(EVERYTHING, &[]), 15.0);
 }

@@ -16,7 +16,15 @@ const MAY_USE: [(&str, &[&str]); 11] = [
     ("drover-bridge", &["drover-config", "drover-contract", "drover-io", "drover-world"]),
     (
         "drover-swarm",
-        &["drover-bridge", "drover-config", "drover-contract", "drover-io", "drover-robot", "drover-world"],
+        &[
+            "drover-bridge",
+            "drover-config",
+            "drover-contract",
+            "drover-core",
+            "drover-io",
+            "drover-robot",
+            "drover-world",
+        ],
     ),
     (
         "drover-bench",
@@ -24,6 +32,7 @@ const MAY_USE: [(&str, &[&str]); 11] = [
             "drover-codec",
             "drover-config",
             "drover-contract",
+            "drover-core",
             "drover-io",
             "drover-robot",
             "drover-swarm",

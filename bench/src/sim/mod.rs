@@ -8,7 +8,7 @@
 mod scenes;
 
 use crate::machine::{Conditions, ProcessUse};
-use crate::peers::{PeerRate, irsim};
+use crate::peers::{PeerRate, peers};
 use drover_config::{Diffuse, Swarm};
 use drover_contract::math::sin_cos;
 use drover_contract::{Beam, Stamp, Twist, Vec2};
@@ -201,7 +201,7 @@ fn beside(effort: &Effort, quick: bool) -> anyhow::Result<Vec<PeerRow>> {
     let mut rows = Vec::new();
     for robots in if quick { vec![10] } else { vec![10, 100] } {
         let ours_per_s = off(&KHEPERA, robots, effort);
-        if let Some(peer) = irsim(robots, quick)? {
+        for peer in peers(robots, quick)? {
             rows.push(PeerRow { ratio: ours_per_s / peer.robot_steps_per_s, peer, ours_per_s });
         }
     }
@@ -239,7 +239,7 @@ fn flock_row(robots: u32, effort: &Effort) -> anyhow::Result<FlockRow> {
 fn wire(convoy: &Swarm, effort: &Effort) -> anyhow::Result<WireRow> {
     /// Bring-up is over by then, and everybody drives.
     const WARM_UP_S: u64 = 5;
-    let mut swarm = VirtualSwarm::new(convoy)?;
+    let mut swarm = VirtualSwarm::unrecorded(convoy)?;
     swarm.run_until(Stamp::from_millis(WARM_UP_S * 1_000));
     let step_s = f64::from(convoy.step_ms) / 1e3;
     let real_time = rate(step_s, effort, &mut || swarm.step());

@@ -44,7 +44,7 @@ impl Bench {
 fn nearest_pair_m(swarm: &Swarm) -> f64 {
     let place = |index: usize| swarm.robots[index].start;
     let pairs = (0..swarm.robots.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
-    let gap_m = pairs.map(|(a, b)| (place(a).x_m - place(b).x_m).hypot(place(a).y_m - place(b).y_m));
+    let gap_m = pairs.map(|(a, b)| libm::hypot(place(a).x_m - place(b).x_m, place(a).y_m - place(b).y_m));
     gap_m.fold(f64::INFINITY, f64::min)
 }
 
@@ -80,7 +80,7 @@ fn random_places_keep_their_distance_and_follow_from_the_seed() {
     let bench = Bench::new("[[fleet]]\nkind = \"scout_mini\"\ncount = 500\nlayout = \"random\"\nspacing_m = 2\n");
     let swarm = bench.swarm(&[]);
     assert!(nearest_pair_m(&swarm) >= 2.0);
-    let far = |x_m: f64, y_m: f64| x_m.abs() <= 49.58 && y_m.abs() <= 49.58 && x_m.hypot(y_m) >= 2.42;
+    let far = |x_m: f64, y_m: f64| x_m.abs() <= 49.58 && y_m.abs() <= 49.58 && libm::hypot(x_m, y_m) >= 2.42;
     assert!(swarm.robots.iter().all(|robot| far(robot.start.x_m, robot.start.y_m)));
     assert!(swarm.robots.windows(2).all(|pair| (pair[0].start.yaw_rad - pair[1].start.yaw_rad).abs() > 0.0));
     assert_eq!(bench.swarm(&[]), swarm);

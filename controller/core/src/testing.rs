@@ -199,7 +199,7 @@ impl Place {
     pub(crate) fn scan(&self, pose_wb: Pose, stamp: Stamp) -> Scan {
         let step_rad = TAU / BEAMS as f64;
         let beam = |index: usize| {
-            let (sin, cos) = (step_rad * index as f64).sin_cos();
+            let (sin, cos) = libm::sincos(step_rad * index as f64);
             let hit = self.range_m(pose_wb.position(), pose_wb.rotate(Vec2::new(cos, sin)));
             hit.filter(|range_m| *range_m < 8.0).map_or(Beam::Clear, Beam::Hit)
         };

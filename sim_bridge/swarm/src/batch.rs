@@ -67,7 +67,7 @@ where
 
     fn run_one(&self, seed: u64) -> anyhow::Result<(String, TrialResult)> {
         let swarm = (self.load)(seed)?;
-        let mut trial = trial_of(&swarm, self.fidelity)?;
+        let mut trial = trial_of(&swarm, self.fidelity, self.record_to.is_some())?;
         let mut trace = self.record_to.as_ref().map(|_| Trace::new(&swarm));
         let mut told_s = 0.0;
         let mut steps = 0;

@@ -41,22 +41,33 @@ pub struct VirtualSwarm {
     far_ends: Vec<FarEnd>,
     ether: Ether,
     tallies: Vec<Tally>,
-    recorder: Recorder,
+    recorder: Option<Recorder>,
 }
 
 impl VirtualSwarm {
-    /// A swarm at rest at time zero.
+    /// A swarm at rest at time zero, all of whose links are recorded in memory.
     ///
     /// # Errors
     /// [`OpenError`] if a robot's links do not fit its kind.
     pub fn new(swarm: &Swarm) -> Result<Self, OpenError> {
+        Self::with(swarm, Some(Recorder::in_memory()))
+    }
+
+    /// The same without recording: for runs of which only the result is wanted.
+    ///
+    /// # Errors
+    /// [`OpenError`] if a robot's links do not fit its kind.
+    pub fn unrecorded(swarm: &Swarm) -> Result<Self, OpenError> {
+        Self::with(swarm, None)
+    }
+
+    fn with(swarm: &Swarm, recorder: Option<Recorder>) -> Result<Self, OpenError> {
         let clock = ManualClock::new(Stamp::ZERO);
-        let recorder = Recorder::in_memory();
         let (near_beacons, far_beacons) = beacon_links(swarm.robots.len());
         let mut robots = Vec::new();
         let mut far_ends = Vec::new();
         for (index, beacons) in near_beacons.into_iter().enumerate() {
-            let (robot, far_end) = start(swarm, index, FIRST_EPOCH, beacons, (&recorder, &clock))?;
+            let (robot, far_end) = start(swarm, index, FIRST_EPOCH, beacons, (recorder.as_ref(), &clock))?;
             robots.push(Some(robot));
             far_ends.push(far_end);
         }
@@ -112,7 +123,7 @@ impl VirtualSwarm {
         let (near, far) = memory_link(QUEUE);
         self.ether.replace(index, far);
         self.epochs[index] += 1;
-        let (robot, far_end) = start(&self.swarm, index, self.epochs[index], near, (&self.recorder, &self.clock))?;
+        let (robot, far_end) = start(&self.swarm, index, self.epochs[index], near, (self.recorder.as_ref(), &self.clock))?;
         self.robots[index] = Some(robot);
         self.far_ends[index] = far_end;
         Ok(())
@@ -157,7 +168,7 @@ impl VirtualSwarm {
             can_detail: "buses in memory, virtual time".into(),
             processes: false,
             recording: None,
-            recording_dropped: self.recorder.dropped(),
+            recording_dropped: self.recorder.as_ref().map_or(0, Recorder::dropped),
         };
         summarise(&self.swarm, &self.plant, &self.tallies, facts)
     }
@@ -165,7 +176,7 @@ impl VirtualSwarm {
     /// Everything recorded so far: file name to bytes.
     #[must_use]
     pub fn recordings(&self) -> BTreeMap<String, Vec<u8>> {
-        self.recorder.contents()
+        self.recorder.as_ref().map(Recorder::contents).unwrap_or_default()
     }
 
     fn all_reached(&self) -> bool {
@@ -280,13 +291,13 @@ fn start(
     index: usize,
     epoch: u32,
     beacons: MemoryLink,
-    (recorder, clock): (&Recorder, &ManualClock),
+    (recorder, clock): (Option<&Recorder>, &ManualClock),
 ) -> Result<(RobotLoop, FarEnd), OpenError> {
     let config = &swarm.robots[index];
     let (hardware, far_end) = memory_hardware(&config.links);
     let unknown = || OpenError::new(format!("robot {}", config.id), "not in the swarm", "name one that is");
     let file = swarm.robot_file(config.id).ok_or_else(unknown)?;
-    let assembly = Assembly { file, hardware, beacons: Box::new(beacons), epoch, recorder: Some(recorder) };
+    let assembly = Assembly { file, hardware, beacons: Box::new(beacons), epoch, recorder };
     Ok((assemble(assembly, clock)?.robot, far_end))
 }
 

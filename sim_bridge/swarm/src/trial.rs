@@ -96,14 +96,15 @@ impl<F: FnMut(&dyn Trial)> Watch for F {
     }
 }
 
-/// A swarm in virtual time.
+/// A swarm in virtual time; `record` keeps what passes on its links, where there are any.
 ///
 /// # Errors
 /// [`OpenError`] if a robot's links do not fit its kind (wire only).
-pub fn trial_of(swarm: &Swarm, fidelity: Fidelity) -> Result<Box<dyn Trial>, OpenError> {
-    Ok(match fidelity {
-        Fidelity::Direct => Box::new(DirectSwarm::new(swarm)),
-        Fidelity::Wire => Box::new(VirtualSwarm::new(swarm)?),
+pub fn trial_of(swarm: &Swarm, fidelity: Fidelity, record: bool) -> Result<Box<dyn Trial>, OpenError> {
+    Ok(match (fidelity, record) {
+        (Fidelity::Direct, _) => Box::new(DirectSwarm::new(swarm)),
+        (Fidelity::Wire, true) => Box::new(VirtualSwarm::new(swarm)?),
+        (Fidelity::Wire, false) => Box::new(VirtualSwarm::unrecorded(swarm)?),
     })
 }
 

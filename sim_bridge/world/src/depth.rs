@@ -8,9 +8,9 @@
 //! - wall from a with edge e:     1 / r = (e x u) / (a x e), linear in u;
 //! - disc at p with radius R:     1 / r = (u . p + sqrt(R^2 - (u x p)^2)) / (p^2 - R^2).
 //!
-//! Things, and beams, come side by side ([`Lanes`]) as f32 in the sensor's frame, and every step over them is without a
-//! branch. f32 holds a range of 10 m to a micrometre; the frame of a place kilometres wide is left in f64 by the caller.
-//! Angles come from a polynomial ([`angle`]), so no C library decides what is seen.
+//! Things, and beams, come side by side ([`Lanes`]) as f32 in the sensor's frame, and every step over them is without
+//! a branch. f32 holds a range of 10 m to a micrometre; the frame of a place kilometres wide is left in f64 by the
+//! caller. Angles come from a polynomial ([`angle`]), so no C library decides what is seen.
 //!
 //! Conditions: the origin lies in free space and outlines are closed, since walls that face away are skipped (what lies
 //! behind a face is hidden by that face).
@@ -167,8 +167,8 @@ impl DepthBuffer {
         }
     }
 
-    /// The beams of intervals of angles, up to half a turn. They may reach beyond the end of the turn; `fill` goes on at
-    /// its beginning.
+    /// The beams of intervals of angles, up to half a turn. They may reach beyond the end of the turn; `fill` goes on
+    /// at its beginning.
     #[inline]
     fn intervals(&self, from_rad: Lanes, to_rad: Lanes) -> Intervals {
         let [from, to] = [from_rad, to_rad].map(|angle_rad| {
@@ -210,8 +210,8 @@ impl DepthBuffer {
     }
 }
 
-/// The directions of (x, y), radians, to 2e-7: atan of a ratio up to 1 as a polynomial (fitted here, minimax over 0..=1,
-/// error 7e-9 before rounding), and the octants by symmetry. (0, 0) gives 0.
+/// The directions of (x, y), radians, to 2e-7: atan of a ratio up to 1 as a polynomial (fitted here, minimax over
+/// 0..=1, error 7e-9 before rounding), and the octants by symmetry. (0, 0) gives 0.
 #[inline]
 pub(crate) fn angle(y: Lanes, x: Lanes) -> Lanes {
     const C: [f32; 8] = [

@@ -88,7 +88,8 @@ impl LidarParams {
         }
         let noise_m = if range_noise_m > 0.0 { range_noise_m * draws.roughly_normal(nth) } else { 0.0 };
         let measured_m = range_m + noise_m;
-        let stepped_m = if range_step_m > 0.0 { (measured_m / range_step_m).round() * range_step_m } else { measured_m };
+        let to_step_m = |range_m: f64| (range_m / range_step_m).round() * range_step_m;
+        let stepped_m = if range_step_m > 0.0 { to_step_m(measured_m) } else { measured_m };
         Beam::Hit(stepped_m.clamp(range_m_min, range_m_max))
     }
 }

@@ -147,8 +147,8 @@ proptest! {
             };
             (0..seen.beams.len()).filter(off).collect::<Vec<_>>()
         };
-        // A beam that grazes an edge may see either side of it: it then agrees with a ray turned by up to a hair. By less,
-        // too, since the range to a disc's rim goes by the square root of the angle.
+        // A beam that grazes an edge may see either side of it: it then agrees with a ray turned by up to a hair.
+        // By less, too, since the range to a disc's rim goes by the square root of the angle.
         let plain = differ(0.0);
         let mut wrong = plain.clone();
         for step in (0..32).filter(|_| !plain.is_empty()) {

@@ -119,7 +119,9 @@ impl Place {
             _ if apart_m > enough_m => apart_m,
             (Some(outline), None) => outline.gap_to_disc_m(a_wb, &at(disc_b, b_wb)),
             (None, Some(outline)) => outline.gap_to_disc_m(b_wb, &at(disc_a, a_wb)),
-            (Some(one), Some(other)) => one.gap_to_outline_m(a_wb, other, b_wb),
+            // Which of two outlines is measured from decides the last bits: it must not be the list's order that does.
+            (Some(one), Some(other)) if goes_first(&a_wb, &b_wb) => one.gap_to_outline_m(a_wb, other, b_wb),
+            (Some(one), Some(other)) => other.gap_to_outline_m(b_wb, one, a_wb),
         }
     }
 
@@ -157,6 +159,10 @@ impl Place {
             + self.outlines.capacity() * size_of::<Option<Arc<Outline>>>()
             + self.grid.bytes()
     }
+}
+
+fn goes_first(a_wb: &Pose, b_wb: &Pose) -> bool {
+    a_wb.x_m.total_cmp(&b_wb.x_m).then(a_wb.y_m.total_cmp(&b_wb.y_m)).is_le()
 }
 
 /// A place as one body's lidar has it around itself.

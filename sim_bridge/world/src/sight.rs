@@ -260,7 +260,8 @@ impl Sight {
             self.tiles[tile].hold(place, disc.radius_m);
             if let Some(lanes) = self.discs.last_mut() {
                 let i = index % LANES;
-                (lanes.px.each_mut()[i], lanes.py.each_mut()[i], lanes.radius.each_mut()[i]) = (place.x as f32, place.y as f32, disc.radius_m as f32);
+                (lanes.px.each_mut()[i], lanes.py.each_mut()[i]) = (place.x as f32, place.y as f32);
+                lanes.radius.each_mut()[i] = disc.radius_m as f32;
             }
         }
         self.tiles[tile].discs = (first, self.discs.len() as u32);

@@ -161,7 +161,7 @@ fn the_full_scan_and_the_eight_sectors_arrive() {
     assert_eq!(hits.len(), 1);
     let (_, point_b) = hits[0];
     assert!((point_b.norm() - 1.5).abs() < 1e-6);
-    assert!((point_b.y.atan2(point_b.x) - 45.0_f64.to_radians()).abs() < 1e-6, "ahead on the left");
+    assert!((libm::atan2(point_b.y, point_b.x) - 45.0_f64.to_radians()).abs() < 1e-6, "ahead on the left");
     assert_eq!(scan.beams.iter().filter(|beam| **beam == Beam::Clear).count(), 71);
     assert_eq!(lab.hosts[0].1.sector_nearest_m(lab.now), Some(1.5));
     lab.scans = false;
