@@ -8,7 +8,8 @@ const RUNS_LISTED: usize = 20;
 /// Print what a batch says.
 pub(crate) fn print_batch(result: &BatchResult) {
     let robots = result.runs.first().map_or(0, |run| run.robots);
-    println!("{}: {} runs of {robots} robots, fidelity {:?}\n", result.swarm, result.runs.len(), result.fidelity);
+    let cut = if result.interrupted { "; interrupted, the others are left out" } else { "" };
+    println!("{}: {} runs of {robots} robots, fidelity {:?}{}\n", result.swarm, result.runs.len(), result.fidelity, cut);
     if result.runs.len() <= RUNS_LISTED {
         println!("{:>20}  {:>7}  {:>9}  {:>9}  {:>9}  digest", "seed", "reached", "time s", "robot m", "wall m");
         result.runs.iter().for_each(print_run);

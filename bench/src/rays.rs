@@ -219,7 +219,7 @@ fn median(values: &mut [f64]) -> f64 {
 impl fmt::Display for RaysResult {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { beams, range_m, scans, rounds, .. } = self;
-        writeln!(f, "rays: {beams}-beam scans of {range_m} m, ours against parry's ray cast, f64 in and out, one thread")?;
+        writeln!(f, "rays: {beams}-beam scans of {range_m} m, ours against parry's, f64 in and out, one thread")?;
         writeln!(f, "{}; {rounds} rounds of {scans} scans each, in turns, medians", self.conditions)?;
         writeln!(f, "Mrays/s; compared: rays; grazing: agree with a ray turned by up to 1e-5 rad; wrong: do not")?;
         write!(f, "{:<28}  segments   ours  parry  ratio  (min)  compared  grazing  wrong", "place")?;

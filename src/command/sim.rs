@@ -1,6 +1,6 @@
 //! `drover sim SWARM.toml`: headless, in virtual time, as fast as it goes; one run or a batch over seeds.
 
-use crate::command::{overrides, refuse};
+use crate::command::{asked_to_end, overrides, refuse};
 use crate::exit::Exit;
 use crate::table::print_batch;
 use anyhow::anyhow;
@@ -8,7 +8,8 @@ use drover_config::{Override, Problems, Swarm, load_swarm};
 use drover_swarm::{Batch, BatchResult, Fidelity, Progress};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 /// Most runs of one batch.
@@ -107,12 +108,26 @@ fn run(arguments: &Arguments, set: &[Override], swarm: &Swarm) -> anyhow::Result
         seeds,
     };
     let threads = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads.unwrap_or(0)).build()?;
-    let result = threads.install(|| batch.run());
+    let end = Arc::new(AtomicBool::new(false));
+    end_when_asked(&end)?;
+    let result = threads.install(|| batch.run(&end));
     meter.end();
     if let (Ok(_), Some(folder)) = (&result, &batch.record_to) {
         eprintln!("recorded to {}", folder.display());
     }
     result
+}
+
+/// Ctrl-C and SIGTERM end the batch in good order: what has come to its end by then is printed.
+fn end_when_asked(end: &Arc<AtomicBool>) -> anyhow::Result<()> {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let end = Arc::clone(end);
+    // The thread waits until the process ends.
+    std::thread::spawn(move || {
+        runtime.block_on(asked_to_end());
+        end.store(true, Ordering::Relaxed);
+    });
+    Ok(())
 }
 
 /// The swarm with another seed: read anew, since generated worlds and random places follow from it.
@@ -130,6 +145,8 @@ fn folder(swarm: &Swarm) -> PathBuf {
 fn conclude(result: &BatchResult) -> Exit {
     if result.runs.iter().any(|run| run.touched > 0 || run.aged_commands > 0) {
         Exit::Unsafe
+    } else if result.interrupted {
+        Exit::Interrupted
     } else if result.runs.iter().all(|run| run.reached) {
         Exit::Reached
     } else {

@@ -1,5 +1,6 @@
 //! One seed, one run: on every machine, in every build, with any number of threads.
 
+use std::sync::atomic::AtomicBool;
 use crate::swarms::{CROWD, EVERYTHING, MAZE, shipped, written};
 use drover_config::Swarm;
 use drover_swarm::{Batch, BatchResult, Fidelity, TrialResult, run_trial, trial_of};
@@ -17,7 +18,7 @@ const TABLE_HEAD: &str = "\
 
 fn run(swarm: &Swarm, fidelity: Fidelity) -> TrialResult {
     let mut trial = trial_of(swarm, fidelity, false).expect("links fit their kinds");
-    run_trial(swarm, trial.as_mut(), &mut |_: &dyn drover_swarm::Trial| {})
+    run_trial(swarm, trial.as_mut(), &mut |_: &dyn drover_swarm::Trial| true).expect("nobody ends it")
 }
 
 /// The runs of the table: name, swarm, what is simulated.
@@ -82,7 +83,7 @@ fn batch_bytes(text: &'static str, seeds: &[u64], threads: usize) -> String {
         on_progress: |_| {},
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-    let result: BatchResult = pool.install(|| batch.run()).expect("a good batch");
+    let result: BatchResult = pool.install(|| batch.run(&AtomicBool::new(false))).expect("a good batch");
     serde_json::to_string(&result).expect("only strings and finite numbers")
 }
 

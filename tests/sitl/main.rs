@@ -6,4 +6,5 @@ mod common;
 mod command_line;
 mod guard;
 mod kills;
+mod simulate;
 mod up;

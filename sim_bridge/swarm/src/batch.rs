@@ -2,13 +2,14 @@
 
 use crate::statistics::{Spread, Worst};
 use crate::trace::Trace;
-use crate::trial::{Fidelity, Trial, TrialResult, run_trial, trial_of};
+use crate::trial::{Fidelity, Trial, TrialResult, Watch, run_trial, trial_of};
 use anyhow::Context;
 use drover_config::Swarm;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What a batch is made of.
 pub struct Batch<L, P> {
@@ -42,6 +43,8 @@ pub struct BatchResult {
     pub swarm: String,
     /// How much was simulated.
     pub fidelity: Fidelity,
+    /// Whether it was ended before all of them had come to theirs; those are left out.
+    pub interrupted: bool,
     /// One a seed, in the seeds' order.
     pub runs: Vec<TrialResult>,
     /// By the name of a number of the runs.
@@ -53,46 +56,70 @@ where
     L: Fn(u64) -> anyhow::Result<Swarm> + Sync,
     P: Fn(Progress) + Sync,
 {
-    /// Run all of it.
+    /// Run all of it. When `end` turns true, runs that have not come to their end are given up.
     ///
     /// # Errors
     /// The first seed's that cannot be loaded, opened or recorded.
-    pub fn run(&self) -> anyhow::Result<BatchResult> {
-        let runs: Vec<(String, TrialResult)> =
-            self.seeds.par_iter().map(|seed| self.run_one(*seed)).collect::<anyhow::Result<_>>()?;
+    pub fn run(&self, end: &AtomicBool) -> anyhow::Result<BatchResult> {
+        let runs: Vec<Option<(String, TrialResult)>> =
+            self.seeds.par_iter().map(|seed| self.run_one(*seed, end)).collect::<anyhow::Result<_>>()?;
+        let runs: Vec<(String, TrialResult)> = runs.into_iter().flatten().collect();
         let swarm = runs.first().map(|(name, _)| name.clone()).unwrap_or_default();
         let runs: Vec<TrialResult> = runs.into_iter().map(|(_, run)| run).collect();
-        Ok(BatchResult { swarm, fidelity: self.fidelity, summary: summarise(&runs), runs })
+        let interrupted = runs.len() < self.seeds.len();
+        Ok(BatchResult { swarm, fidelity: self.fidelity, interrupted, summary: summarise(&runs), runs })
     }
 
-    fn run_one(&self, seed: u64) -> anyhow::Result<(String, TrialResult)> {
+    fn run_one(&self, seed: u64, end: &AtomicBool) -> anyhow::Result<Option<(String, TrialResult)>> {
+        if end.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
         let swarm = (self.load)(seed)?;
         let mut trial = trial_of(&swarm, self.fidelity, self.record_to.is_some())?;
-        let mut trace = self.record_to.as_ref().map(|_| Trace::new(&swarm));
-        let mut told_s = 0.0;
-        let mut steps = 0;
-        let mut watch = |trial: &dyn Trial| {
-            steps += 1;
-            if let Some(trace) = &mut trace {
-                trace.see(trial);
-            }
-            let now_s = trial.now().as_secs_f64();
-            if now_s - told_s >= PROGRESS_S {
-                let robot_steps = std::mem::take(&mut steps) * trial.arena().robot_count() as u64;
-                (self.on_progress)(Progress { simulated_s: now_s - told_s, robot_steps, runs: 0 });
-                told_s = now_s;
-            }
-        };
+        let folder = self.record_to.as_ref().map(|folder| folder.join(format!("seed-{seed}")));
+        let unwritable = || format!("cannot record run {seed}: set record_dir to a folder you can write, with room in it");
+        let trace = folder.map(|folder| Trace::create(&folder, &swarm)).transpose().with_context(unwritable)?;
+        let mut watch = Observer { batch: self, end, trace, told_s: 0.0, steps: 0 };
         let result = run_trial(&swarm, trial.as_mut(), &mut watch);
-        let robot_steps = steps * swarm.robots.len() as u64;
-        if let (Some(folder), Some(trace)) = (&self.record_to, &trace) {
-            let folder = folder.join(format!("seed-{seed}"));
-            trace
-                .write(&folder, &swarm, trial.as_ref(), &result)
-                .with_context(|| format!("cannot record to {}: set record_dir to one you can write", folder.display()))?;
+        watch.tell(trial.as_ref(), swarm.duration_s, result.is_some());
+        let (Some(result), trace) = (result, watch.trace) else { return Ok(None) };
+        if let Some(trace) = trace {
+            trace.finish(trial.as_ref(), &result).with_context(unwritable)?;
         }
-        (self.on_progress)(Progress { simulated_s: swarm.duration_s - told_s, robot_steps, runs: 1 });
-        Ok((swarm.name, result))
+        Ok(Some((swarm.name, result)))
+    }
+}
+
+/// Looks on while a run goes on: records it, tells how far it has come, ends it when asked to.
+struct Observer<'a, L, P> {
+    batch: &'a Batch<L, P>,
+    end: &'a AtomicBool,
+    trace: Option<Trace>,
+    told_s: f64,
+    steps: u64,
+}
+
+impl<L, P: Fn(Progress) + Sync> Observer<'_, L, P> {
+    /// Tell of the way up to `now_s`.
+    fn tell(&mut self, trial: &dyn Trial, now_s: f64, finished: bool) {
+        let robot_steps = std::mem::take(&mut self.steps) * trial.arena().robot_count() as u64;
+        let simulated_s = now_s - self.told_s;
+        self.told_s = now_s;
+        (self.batch.on_progress)(Progress { simulated_s, robot_steps, runs: usize::from(finished) });
+    }
+}
+
+impl<L, P: Fn(Progress) + Sync> Watch for Observer<'_, L, P> {
+    fn stepped(&mut self, trial: &dyn Trial) -> bool {
+        self.steps += 1;
+        if let Some(trace) = &mut self.trace {
+            trace.see(trial);
+        }
+        let now_s = trial.now().as_secs_f64();
+        if now_s - self.told_s >= PROGRESS_S {
+            self.tell(trial, now_s, false);
+        }
+        !self.end.load(Ordering::Relaxed)
     }
 }
 

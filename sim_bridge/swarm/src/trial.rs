@@ -86,13 +86,13 @@ pub struct TrialResult {
 
 /// What is looked at while a run goes on.
 pub trait Watch {
-    /// A step of the run has been made.
-    fn stepped(&mut self, trial: &dyn Trial);
+    /// A step of the run has been made. Whether the run is to go on.
+    fn stepped(&mut self, trial: &dyn Trial) -> bool;
 }
 
-impl<F: FnMut(&dyn Trial)> Watch for F {
-    fn stepped(&mut self, trial: &dyn Trial) {
-        self(trial);
+impl<F: FnMut(&dyn Trial) -> bool> Watch for F {
+    fn stepped(&mut self, trial: &dyn Trial) -> bool {
+        self(trial)
     }
 }
 
@@ -108,8 +108,9 @@ pub fn trial_of(swarm: &Swarm, fidelity: Fidelity, record: bool) -> Result<Box<d
     })
 }
 
-/// Run `trial` of `swarm` until every robot says that it has reached its end, or until the swarm's duration is over.
-pub fn run_trial(swarm: &Swarm, trial: &mut dyn Trial, watch: &mut dyn Watch) -> TrialResult {
+/// Run `trial` of `swarm` until every robot says that it has reached its end, or until the swarm's duration is over;
+/// `None` if `watch` ended it.
+pub fn run_trial(swarm: &Swarm, trial: &mut dyn Trial, watch: &mut dyn Watch) -> Option<TrialResult> {
     let limit = Stamp::ZERO + Duration::from_secs_f64(swarm.duration_s);
     let mut digest = Digest::default();
     let mut steps = 0;
@@ -117,9 +118,11 @@ pub fn run_trial(swarm: &Swarm, trial: &mut dyn Trial, watch: &mut dyn Watch) ->
         trial.step();
         steps += 1;
         digest.take_in(trial.arena());
-        watch.stepped(trial);
+        if !watch.stepped(trial) {
+            return None;
+        }
     }
-    TrialResult { steps, ..measure(swarm, trial, digest) }
+    Some(TrialResult { steps, ..measure(swarm, trial, digest) })
 }
 
 fn all_reached(swarm: &Swarm, trial: &dyn Trial) -> bool {

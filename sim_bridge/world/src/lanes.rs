@@ -1,9 +1,9 @@
 //! Numbers that are worked on side by side. The only file that names `wide`.
 //!
 //! `wide` spells out the vector instructions that every machine of an architecture has (SSE2 on x86-64, NEON on ARM),
-//! and more where the build asks for it. Only operations that IEEE 754 fixes to the last bit are used, so that the numbers
-//! are the same on all machines: no fused multiply-add, no estimates of reciprocals. Plain loops over arrays were half
-//! as fast: the compiler gives up on them as soon as they choose between two values.
+//! and more where the build asks for it. Only operations that IEEE 754 fixes to the last bit are used, so that the
+//! numbers are the same on all machines: no fused multiply-add, no estimates of reciprocals. Plain loops over arrays
+//! take half as long again: the compiler gives up on them as soon as they choose between two values.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use wide::f32x8;

@@ -1,6 +1,7 @@
 use super::*;
 use crate::walls::Walls;
 use drover_config::{Circle, Polygon, World};
+use drover_contract::math::sin_cos;
 use proptest::prelude::*;
 
 fn params(beams: u32) -> LidarParams {
@@ -107,7 +108,11 @@ fn convex() -> impl Strategy<Value = Polygon> {
     let shape = (-7.0..7.0f64, -5.0..5.0f64, 0.1..1.5f64, prop::collection::vec(0.0..TAU, 3..8));
     shape.prop_map(|(x, y, radius_m, mut angles)| {
         angles.sort_by(f64::total_cmp);
-        let points_m = angles.iter().map(|angle| [x + radius_m * angle.cos(), y + radius_m * angle.sin()]).collect();
+        let corner = |angle_rad: &f64| {
+            let (sin, cos) = sin_cos(*angle_rad);
+            [x + radius_m * cos, y + radius_m * sin]
+        };
+        let points_m = angles.iter().map(corner).collect();
         Polygon { enclosure: false, points_m }
     })
 }
@@ -134,7 +139,7 @@ proptest! {
         let differ = |nudge_rad: f64| {
             let ray = |index: usize| {
                 let direction_w = pose_wb.rotate(Vec2::new(1.0, 0.0));
-                let (sin, cos) = (seen.angle_rad(index) + nudge_rad).sin_cos();
+                let (sin, cos) = sin_cos(seen.angle_rad(index) + nudge_rad);
                 let turned = Vec2::new(
                     cos * direction_w.x - sin * direction_w.y,
                     sin * direction_w.x + cos * direction_w.y,
