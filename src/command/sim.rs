@@ -98,6 +98,7 @@ fn run(arguments: &Arguments, set: &[Override], swarm: &Swarm) -> anyhow::Result
     let seeds: Vec<u64> = (0..seeds.count).map(|n| seeds.first.wrapping_add(n)).collect();
     let meter = Meter::new(seeds.len(), swarm.duration_s);
     let batch = Batch {
+        swarm: swarm.name.clone(),
         fidelity: match arguments.fidelity {
             Level::Direct => Fidelity::Direct,
             Level::Wire => Fidelity::Wire,

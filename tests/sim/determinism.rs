@@ -1,11 +1,11 @@
 //! One seed, one run: on every machine, in every build, with any number of threads.
 
-use std::sync::atomic::AtomicBool;
 use crate::swarms::{CROWD, EVERYTHING, MAZE, shipped, written};
 use drover_config::Swarm;
 use drover_swarm::{Batch, BatchResult, Fidelity, TrialResult, run_trial, trial_of};
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 /// What stands at the top of the table of digests.
 const TABLE_HEAD: &str = "\
@@ -45,8 +45,7 @@ fn every_golden_run_has_its_golden_digest() {
     let runs: Vec<(&str, String)> =
         golden_runs().iter().map(|(name, swarm, fidelity)| (*name, run(swarm, *fidelity).digest)).collect();
     let golden = table["digests"].as_table().expect("a table");
-    let is_golden =
-        |(name, digest): &(&str, String)| golden.get(*name).and_then(toml::Value::as_str) == Some(digest);
+    let is_golden = |(name, digest): &(&str, String)| golden.get(*name).and_then(toml::Value::as_str) == Some(digest);
     let same = golden.len() == runs.len() && runs.iter().all(is_golden);
     let rows: String = runs.iter().map(|(name, digest)| format!("{name:?} = {digest:?}\n")).collect();
     assert!(
@@ -76,6 +75,7 @@ fn first_for(seed: u64, set: &str, fidelity: Fidelity) -> String {
 /// A batch of `swarm` over `seeds` in a pool of `threads`, as the bytes that a user gets.
 fn batch_bytes(text: &'static str, seeds: &[u64], threads: usize) -> String {
     let batch = Batch {
+        swarm: "batch".into(),
         seeds: seeds.to_vec(),
         fidelity: Fidelity::Direct,
         record_to: None,

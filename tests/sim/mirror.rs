@@ -1,7 +1,8 @@
 //! Mirrored worlds give mirrored runs: nothing in the simulation or in a law knows left from right.
 //!
-//! Rounding does (beams are counted counter-clockwise, their f32 sines differ in the last bit), so a run stays its
-//! mirror image's mirror image only as long as nothing tips over: a flock's 36 s are the whole journey.
+//! Rounding does (beams are counted counter-clockwise, and the sines of a beam and of its mirror image differ in the last
+//! bit), so two runs stay mirror images only until something tips over: a guard's threshold, a contact. A flock's 36 s
+//! are its whole journey; diffusion, which only asks which side has more, is its mirror image to the last bit.
 
 use crate::swarms::{CROWD, EVERYTHING, MAZE, shipped, written};
 use drover_config::{Behaviour, Swarm};
@@ -83,7 +84,6 @@ fn asymmetry(swarm: &Swarm, run_s: f64) -> Asymmetry {
 
 fn assert_mirrors(swarm: Swarm, run_s: f64) {
     let all = asymmetry(&without_chance(swarm.clone()), run_s);
-    println!("{} {all:?}", swarm.name);
     assert!(all.driven_m > 0.15 * run_s, "{}, {all:?}: they stood too much to show anything", swarm.name);
     assert!(all.place_m <= 1e-6 && all.motion <= 1e-5, "{} after {run_s} s: {all:?}", swarm.name);
 }

@@ -85,7 +85,8 @@ fn keys_that_are_set_count_and_the_last_word_on_a_duration_is_its_own_option() {
 /// Run with `--record` and give the folders of the seeds.
 fn recorded(folder: &Path, arguments: &[&str]) -> Vec<PathBuf> {
     let record_dir = format!("record_dir={:?}", folder.display().to_string());
-    let output = first(&[&["--record", "--set", &record_dir, "--seeds", "1..3", "--duration", "4"], arguments].concat());
+    let output =
+        first(&[&["--record", "--set", &record_dir, "--seeds", "1..3", "--duration", "4"], arguments].concat());
     assert_eq!(output.status.code(), Some(1), "{}", errors(&output));
     let batch = std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path()).next();
     let batch = batch.expect("a folder of the batch");
@@ -171,7 +172,10 @@ fn hostile_swarms_are_refused_with_place_and_advice_and_nothing_runs() {
         ("start = { x_m = 99.0, y_m = 6.0 }", ["found [99, 6]", "free floor", "do: move it"]),
     ];
     for (to, words) in cases {
-        assert_refused(&sim(&changed(folder.path(), start, to), &["--json"]), &[&[place.as_str()], &words[..]].concat());
+        assert_refused(
+            &sim(&changed(folder.path(), start, to), &["--json"]),
+            &[&[place.as_str()], &words[..]].concat(),
+        );
     }
     assert_refused(&first(&["--set", "robot[0].start.x_m=nan"]), &["--set robot[0].start.x_m=nan", "do:"]);
     assert_refused(&first(&["--duration", "0"]), &["duration_s", "allowed: a number in"]);
@@ -193,7 +197,8 @@ fn a_map_of_ten_gigabytes_is_refused_before_it_is_read() {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).expect("a writable folder");
     write("world.toml", b"name = \"big\"\nmap = { file = \"big.yaml\" }\n");
-    let yaml = "resolution: 0.1\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.196\nnegate: 0\nimage: big.pgm\n";
+    let yaml =
+        "resolution: 0.1\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.196\nnegate: 0\nimage: big.pgm\n";
     write("big.yaml", yaml.as_bytes());
     write("big.pgm", b"P5\n100000 100000\n255\n");
     let room = format!("world = \"{}/config/worlds/room.toml\"", top().display());

@@ -13,6 +13,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What a batch is made of.
 pub struct Batch<L, P> {
+    /// The swarm's name.
+    pub swarm: String,
     /// Seeds, in the order of the results.
     pub seeds: Vec<u64>,
     /// How much is simulated.
@@ -61,16 +63,14 @@ where
     /// # Errors
     /// The first seed's that cannot be loaded, opened or recorded.
     pub fn run(&self, end: &AtomicBool) -> anyhow::Result<BatchResult> {
-        let runs: Vec<Option<(String, TrialResult)>> =
+        let runs: Vec<Option<TrialResult>> =
             self.seeds.par_iter().map(|seed| self.run_one(*seed, end)).collect::<anyhow::Result<_>>()?;
-        let runs: Vec<(String, TrialResult)> = runs.into_iter().flatten().collect();
-        let swarm = runs.first().map(|(name, _)| name.clone()).unwrap_or_default();
-        let runs: Vec<TrialResult> = runs.into_iter().map(|(_, run)| run).collect();
-        let interrupted = runs.len() < self.seeds.len();
+        let runs: Vec<TrialResult> = runs.into_iter().flatten().collect();
+        let (swarm, interrupted) = (self.swarm.clone(), runs.len() < self.seeds.len());
         Ok(BatchResult { swarm, fidelity: self.fidelity, interrupted, summary: summarise(&runs), runs })
     }
 
-    fn run_one(&self, seed: u64, end: &AtomicBool) -> anyhow::Result<Option<(String, TrialResult)>> {
+    fn run_one(&self, seed: u64, end: &AtomicBool) -> anyhow::Result<Option<TrialResult>> {
         if end.load(Ordering::Relaxed) {
             return Ok(None);
         }
@@ -86,7 +86,7 @@ where
         if let Some(trace) = trace {
             trace.finish(trial.as_ref(), &result).with_context(unwritable)?;
         }
-        Ok(Some((swarm.name, result)))
+        Ok(Some(result))
     }
 }
 

@@ -225,7 +225,8 @@ impl Arena {
     fn measure(&mut self, robot: usize, first: bool) {
         let (place, member) = (&self.place, &mut self.members[robot]);
         if member.wall.is_due() {
-            let gap_m = if first { place.signed_wall_gap_m(robot) } else { place.wall_gap_m(robot, place.pose_wb(robot)) };
+            let gap_m =
+                if first { place.signed_wall_gap_m(robot) } else { place.wall_gap_m(robot, place.pose_wb(robot)) };
             member.wall.measured(gap_m);
         } else {
             member.wall.kept();

@@ -1,6 +1,7 @@
 use super::*;
 use crate::geometry::Disc;
 use drover_config::{Circle, GridMap, Mount, Polygon, Polyline, SimMotion, load_world};
+use drover_contract::math::sin_cos;
 use drover_contract::{Beam, Vec2, wrap};
 use proptest::prelude::*;
 use std::f64::consts::PI;
@@ -154,14 +155,20 @@ fn crowd() -> impl Strategy<Value = Vec<(Pose, Twist)>> {
 fn hall() -> World {
     let thin = rectangle(false, [1.9499, 0.0], [1.9501, 1.0]);
     let circles = vec![Circle { centre_m: [3.9, 3.9], radius_m: 0.1 }];
-    World { name: "hall".into(), polygons: vec![rectangle(true, [0.0, 0.0], [4.0, 4.0]), thin], circles, ..World::default() }
+    World {
+        name: "hall".into(),
+        polygons: vec![rectangle(true, [0.0, 0.0], [4.0, 4.0]), thin],
+        circles,
+        ..World::default()
+    }
 }
 
 /// The same room with thin walls (polylines) between the places of a crowd.
 fn hall_of_screens() -> World {
     let line = |points_m: &[[f64; 2]]| Polyline { points_m: points_m.to_vec() };
     let screens = line(&[[1.05, 0.0], [1.05, 1.95], [2.85, 1.95], [2.85, 3.2]]);
-    World { polylines: vec![screens, line(&[[1.9, 2.85], [2.0, 2.85]])], ..world(vec![rectangle(true, [0.0, 0.0], [4.0, 4.0])]) }
+    let polylines = vec![screens, line(&[[1.9, 2.85], [2.0, 2.85]])];
+    World { polylines, ..world(vec![rectangle(true, [0.0, 0.0], [4.0, 4.0])]) }
 }
 
 /// The same as a map of cells of 0.1 m: walls all around, a pillar, a wall of one cell, one that meets a corner.
@@ -213,7 +220,8 @@ fn any_motion() -> impl Strategy<Value = SimMotion> {
 
 /// Bodies that reach any speed within a step or two, of some outlines in turn.
 fn quick(crowd: &[(Pose, Twist)], outlines: &[Corners], motion: SimMotion, slip_std: f64) -> Vec<BodySpec> {
-    let quick = BodyParams { accel_mps2: 400.0, brake_mps2: 400.0, yaw_accel_radps2: 200.0, motion, ..params(slip_std) };
+    let quick =
+        BodyParams { accel_mps2: 400.0, brake_mps2: 400.0, yaw_accel_radps2: 200.0, motion, ..params(slip_std) };
     let of = |(n, (pose, _)): (usize, &(Pose, Twist))| BodySpec {
         body: quick,
         outline: Outline::new(&outlines[n % outlines.len()]).map(Arc::new),
@@ -227,7 +235,12 @@ fn demands_of(crowd: &[(Pose, Twist)]) -> Vec<Twist> {
 }
 
 /// Drive there for half of the steps and back for the other half; nothing may overlap or tunnel.
-fn drive_there_and_back(arena: &mut Arena, specs: &[BodySpec], demands: &[Twist], dt_s: f64) -> Result<(), TestCaseError> {
+fn drive_there_and_back(
+    arena: &mut Arena,
+    specs: &[BodySpec],
+    demands: &[Twist],
+    dt_s: f64,
+) -> Result<(), TestCaseError> {
     let back: Vec<Twist> = demands.iter().map(reversed).collect();
     for step in 0..60 {
         let before: Vec<Pose> = (0..specs.len()).map(|n| arena.state(n).pose_wb).collect();
@@ -278,22 +291,20 @@ proptest! {
     #[test]
     fn bodies_in_a_narrow_corridor_never_change_places(
         speeds in prop::collection::vec((-45.0..45.0f64, -8.0..8.0f64, -3.0..3.0f64), 6),
-        outlines in any_outlines(), motion in any_motion(), dt_s in 0.001..0.05f64,
+        outlines in prop::collection::vec(prop::sample::select(outlines()[..2].to_vec()), 1..4),
+        motion in any_motion(), dt_s in 0.001..0.05f64,
     ) {
-        // 0.6 m wide: no two centres pass each other, however the bodies turn, since the thinnest bar is 0.06 m wide and
-        // two of those that lie side by side are stopped by their neighbours' contacts or not at all: only discs count.
-        let corridor = world(vec![rectangle(true, [0.0, 0.0], [6.0, 0.6])]);
-        let crowd: Vec<(Pose, Twist)> = speeds
-            .iter()
-            .enumerate()
-            .map(|(n, (speed, turn, yaw))| (Pose::new(0.5 + n as f64, 0.3, *yaw), Twist::new(*speed, *turn)))
-            .collect();
+        // 0.55 m wide: a disc of 0.5 m fits, two boxes of 0.3 m x 0.4 m do not fit beside each other however they turn.
+        let corridor = world(vec![rectangle(true, [0.0, 0.0], [6.0, 0.55])]);
+        let place = |(n, (speed, turn, yaw)): (usize, &(f64, f64, f64))| {
+            (Pose::new(0.5 + n as f64, 0.275, *yaw), Twist::new(*speed, *turn))
+        };
+        let crowd: Vec<(Pose, Twist)> = speeds.iter().enumerate().map(place).collect();
         let specs = quick(&crowd, &outlines, motion, 0.1);
         let mut arena = Arena::new(&corridor, &specs, 3);
         drive_there_and_back(&mut arena, &specs, &demands_of(&crowd), dt_s)?;
-        let discs_only = outlines.iter().all(Vec::is_empty);
-        let in_order = (1..specs.len()).all(|n| arena.state(n - 1).pose_wb.x_m < arena.state(n).pose_wb.x_m);
-        prop_assert!(in_order || !discs_only);
+        let x_m = |n: usize| arena.state(n).pose_wb.x_m;
+        prop_assert!((1..specs.len()).all(|n| x_m(n - 1) < x_m(n)));
     }
 
     #[test]
@@ -325,8 +336,9 @@ proptest! {
         crowd in crowd(), outlines in any_outlines(), motion in any_motion(),
         dt_s in 0.001..0.02f64,
     ) {
-        let flipped: Vec<(Pose, Twist)> = crowd.iter().map(|(pose, twist)| (mirrored(*pose), turned_over(*twist))).collect();
-        let images: Vec<Corners> = outlines.iter().map(|corners| image(corners)).collect();
+        let flip = |(pose, twist): &(Pose, Twist)| (mirrored(*pose), turned_over(*twist));
+        let flipped: Vec<(Pose, Twist)> = crowd.iter().map(flip).collect();
+        let images: Vec<Corners> = outlines.iter().map(image).collect();
         let (specs, image_specs) = (quick(&crowd, &outlines, motion, 0.0), quick(&flipped, &images, motion, 0.0));
         let mut arena = Arena::new(&hall_of_screens(), &specs, 3);
         let mut mirror = Arena::new(&mirrored_world(hall_of_screens()), &image_specs, 3);
@@ -336,8 +348,9 @@ proptest! {
             for n in 0..specs.len() {
                 let (is, image) = (arena.state(n).pose_wb, mirrored(mirror.state(n).pose_wb));
                 let apart_m = (is.position() - image.position()).norm();
+                let turned_rad = wrap(is.yaw_rad - image.yaw_rad).abs();
                 // Touching is decided at a ten-thousandth of a metre; rounding moves it by less than that.
-                prop_assert!(apart_m < SKIN_M && wrap(is.yaw_rad - image.yaw_rad).abs() < 1e-3, "step {step}: {apart_m}");
+                prop_assert!(apart_m < SKIN_M && turned_rad < 1e-3, "step {step}: {apart_m} m, {turned_rad} rad");
             }
         }
     }
@@ -361,14 +374,15 @@ proptest! {
         let others = &shapes(&arena, &specs)[1..];
         for (index, beam) in scan.beams.iter().enumerate() {
             let nearest_m = |nudge_rad: f64| {
-                let (sin, cos) = (heading_rad + scan.angle_rad(index) + nudge_rad).sin_cos();
+                let (sin, cos) = sin_cos(heading_rad + scan.angle_rad(index) + nudge_rad);
                 let met = others.iter().filter_map(|shape| shape.ray_m(sensor_w, Vec2::new(cos, sin)));
                 met.fold(f64::INFINITY, f64::min)
             };
             let seen_m = if let Beam::Hit(range_m) = beam { *range_m } else { f64::INFINITY };
             let is = |ray_m: f64| (ray_m > 8.0 - 1e-3 && seen_m > 8.0 - 2e-3) || (ray_m - seen_m).abs() < 1e-3;
             // A beam that grazes may see either side of an edge: it then agrees with a ray turned by a hair.
-            prop_assert!([0.0, 1e-5, -1e-5].map(nearest_m).into_iter().any(is), "beam {index}: {beam:?}, ray {}", nearest_m(0.0));
+            let rays = [0.0, 1e-5, -1e-5].map(nearest_m);
+            prop_assert!(rays.into_iter().any(is), "beam {index}: {beam:?}, rays {rays:?}");
         }
     }
 }
@@ -404,13 +418,12 @@ fn scattered(walls: &Walls) -> Vec<(Pose, Twist)> {
     let mut crowd: Vec<(Pose, Twist)> = Vec::new();
     for n in 1..4000 {
         let share = |step: f64| (f64::from(n) * step).fract();
-        let (x_m, y_m) = (low.x + share(0.754_877_666) * (high.x - low.x), low.y + share(0.569_840_291) * (high.y - low.y));
-        let place = Vec2::new(x_m, y_m);
+        let place = low + Vec2::new(share(0.754_877_666), share(0.569_840_291)).component_mul(&(high - low));
         let free = walls.gap_m(&Disc { centre_w: place, radius_m: RADIUS_M }).is_none_or(|gap_m| gap_m > 1e-3);
         let apart = crowd.iter().all(|(pose, _)| (pose.position() - place).norm() > 2.0 * RADIUS_M + 1e-3);
         if free && apart && crowd.len() < 30 {
             let demand = Twist::new(share(0.31) * 90.0 - 45.0, share(0.17) * 12.0 - 6.0);
-            crowd.push((Pose::new(x_m, y_m, share(0.43) * 6.0), demand));
+            crowd.push((Pose::new(place.x, place.y, share(0.43) * 6.0), demand));
         }
     }
     crowd
@@ -419,7 +432,8 @@ fn scattered(walls: &Walls) -> Vec<(Pose, Twist)> {
 #[test]
 fn no_body_overlaps_or_tunnels_in_any_generated_world_at_any_speed() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/worlds/generated");
-    let files: Vec<_> = std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("a file").path()).collect();
+    let entries = std::fs::read_dir(folder).expect("a folder");
+    let files: Vec<_> = entries.map(|entry| entry.expect("a file").path()).collect();
     assert!(files.len() >= 10, "too few worlds");
     for file in files {
         let world = load_world(&file).unwrap_or_else(|problems| panic!("{problems}"));
@@ -431,7 +445,8 @@ fn no_body_overlaps_or_tunnels_in_any_generated_world_at_any_speed() {
             if let Err(error) = drive_there_and_back(&mut arena, &specs, &demands_of(&crowd), dt_s) {
                 panic!("{}: {error}", file.display());
             }
-            assert!((0..specs.len()).any(|n| arena.gap_wall_m_min(n) == Some(0.0)), "{}: nobody met a wall", file.display());
+            let touched = (0..specs.len()).filter(|n| arena.gap_wall_m_min(*n) == Some(0.0)).count();
+            assert!(touched >= 5, "{}: {touched} met a wall", file.display());
         }
     }
 }

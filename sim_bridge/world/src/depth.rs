@@ -200,9 +200,10 @@ impl DepthBuffer {
 
     #[inline]
     fn run(&mut self, [from, to]: [f32; 2], [first, last]: [i32; 2], offer: &impl Fn(&Rays) -> Lanes) {
-        let blocks = first as usize..(last + 1).max(first) as usize;
+        // An interval outside of a part of a turn begins beyond the last beam: it is empty wherever it begins.
+        let blocks = first.min(last + 1).max(0) as usize..(last + 1).max(0) as usize;
         let (from, to) = (Lanes::all(from), Lanes::all(to.min(self.drawn.1)));
-        let mut nth = Lanes::all((first * LANES as i32) as f32) + Lanes::COUNT;
+        let mut nth = Lanes::all((blocks.start * LANES) as f32) + Lanes::COUNT;
         for (nearest, rays) in self.inverse[blocks.clone()].iter_mut().zip(&self.rays[blocks]) {
             *nearest = nearest.max(offer(rays).within(nth, from, to));
             nth = nth + Lanes::all(LANES as f32);

@@ -63,7 +63,8 @@ impl Tree {
     #[must_use]
     pub fn gap_m(&self, outline: &Outline, pose_wb: Pose) -> f64 {
         // Both are shapes that parry has this query for.
-        query::distance(&Placement::IDENTITY, &self.polyline, &pose_of(pose_wb), &outline.polygon).map_or(0.0, |apart| apart.distance)
+        query::distance(&Placement::IDENTITY, &self.polyline, &pose_of(pose_wb), &outline.polygon)
+            .map_or(0.0, |apart| apart.distance)
     }
 
     /// How far a ray of unit direction runs before it meets a piece, metres, up to `range_m`.
@@ -159,14 +160,16 @@ impl Outline {
     /// Gap to another outline, metres; 0 where they overlap.
     #[must_use]
     pub fn gap_to_outline_m(&self, pose_wb: Pose, other: &Self, other_wb: Pose) -> f64 {
-        query::distance(&pose_of(pose_wb), &self.polygon, &pose_of(other_wb), &other.polygon).map_or(0.0, |apart| apart.distance)
+        query::distance(&pose_of(pose_wb), &self.polygon, &pose_of(other_wb), &other.polygon)
+            .map_or(0.0, |apart| apart.distance)
     }
 
     /// Gap to a disc, metres; 0 where they overlap.
     #[must_use]
     pub fn gap_to_disc_m(&self, pose_wb: Pose, disc: &Disc) -> f64 {
         let centre = Placement::from_translation(to_parry(disc.centre_w));
-        query::distance(&pose_of(pose_wb), &self.polygon, &centre, &Ball::new(disc.radius_m)).map_or(0.0, |apart| apart.distance)
+        query::distance(&pose_of(pose_wb), &self.polygon, &centre, &Ball::new(disc.radius_m))
+            .map_or(0.0, |apart| apart.distance)
     }
 }
 

@@ -96,7 +96,8 @@ impl Grid {
         let mean_w = sum_w / n;
         let spread = (squares / n - mean_w.component_mul(&mean_w)).map(|v| v.max(0.0).sqrt() * DEVIATIONS);
         self.low_w = low_w.sup(&(mean_w - spread));
-        let extent = (high_w.inf(&(mean_w + spread)) - self.low_w).map(|v| if v.is_finite() { v.max(0.0) } else { 0.0 });
+        let extent =
+            (high_w.inf(&(mean_w + spread)) - self.low_w).map(|v| if v.is_finite() { v.max(0.0) } else { 0.0 });
         if count == 0 {
             self.low_w = Vec2::zeros();
         }

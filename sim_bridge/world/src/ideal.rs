@@ -127,7 +127,8 @@ impl IdealDevice {
             if dt_s <= 0.0 {
                 return;
             }
-            let (left_mps, right_mps) = ((wheels.left_m - before.left_m) / dt_s, (wheels.right_m - before.right_m) / dt_s);
+            let (left_mps, right_mps) =
+                ((wheels.left_m - before.left_m) / dt_s, (wheels.right_m - before.right_m) / dt_s);
             self.wheel_twist_b = Twist::new((left_mps + right_mps) / 2.0, (right_mps - left_mps) / self.track_m);
         }
         self.wheels = Some((now, wheels));

@@ -35,6 +35,6 @@ pub use geometry::{Disc, Outline, Segment};
 pub use ideal::IdealDevice;
 pub use lidar::{Lidar, LidarParams};
 pub use place::Place;
-pub use walls::Walls;
 pub use plant::{Output, Packet, Plant, Port, Truth};
 pub use radio::{Delivery, Radio, RadioTally, Scene};
+pub use walls::Walls;

@@ -63,6 +63,26 @@ fn beams_go_counter_clockwise_from_straight_ahead() {
 }
 
 #[test]
+fn a_part_of_a_turn_sees_what_is_there() {
+    let post = |n| Circle { centre_m: [3.0 * libm::cos(f64::from(n)), 3.0 * libm::sin(f64::from(n))], radius_m: 0.2 };
+    let walls = room((0..12).map(post).collect(), vec![]);
+    for (beams, yaw) in (2..60).flat_map(|beams| [0.0, 1.0, 2.0, -3.0].map(|yaw| (beams, yaw))) {
+        let part = LidarParams { fov_rad: f64::from(beams) * 0.1, range_m_max: 30.0, ..params(beams) };
+        let pose_wb = Pose::new(0.3, -0.2, yaw);
+        let seen = scan(&mut Lidar::new(part, 1, 1), &walls, pose_wb);
+        for (index, beam) in seen.beams.iter().enumerate() {
+            // A beam that grazes a post may see it or not.
+            let agrees = |nudge_rad: f64| {
+                let (sin, cos) = libm::sincos(yaw + seen.angle_rad(index) + nudge_rad);
+                let ray_m = walls.ray_m(pose_wb.position(), Vec2::new(cos, sin), 30.0).unwrap();
+                range_m(*beam).is_some_and(|range_m| (range_m - ray_m).abs() < 1e-3)
+            };
+            assert!([0.0, 1e-5, -1e-5].into_iter().any(agrees), "beam {index} of {beams} at {yaw}: {beam:?}");
+        }
+    }
+}
+
+#[test]
 fn too_near_is_unknown_and_too_far_is_clear() {
     let mut lidar = Lidar::new(LidarParams { range_m_min: 5.0, range_m_max: 7.5, ..params(4) }, 1, 1);
     let seen = scan(&mut lidar, &room(vec![], vec![]), Pose::new(1.0, 2.0, 0.0));
@@ -162,6 +182,7 @@ proptest! {
             wrong.retain(|index| left.contains(index) && right.contains(index));
         }
         prop_assert_eq!(wrong, Vec::<usize>::new());
-        prop_assert!(plain.len() <= 1, "{} grazing beams of {}", plain.len(), seen.beams.len());
+        // An interval's ends are good to some millionths of a radian: one beam in thousands lies so close to one.
+        prop_assert!(plain.len() <= 3, "{} grazing beams of {}", plain.len(), seen.beams.len());
     }
 }

@@ -3,6 +3,7 @@
 use super::{Arena, BodySpec};
 use crate::geometry::{Disc, Segment};
 use crate::walls::Walls;
+use drover_contract::math::sin;
 use drover_contract::{Pose, Twist, Vec2, wrap};
 use proptest::prelude::*;
 
@@ -23,7 +24,9 @@ pub(super) fn shapes(arena: &Arena, specs: &[BodySpec]) -> Vec<Shape> {
         let pose_wb = arena.state(n).pose_wb;
         match &spec.outline {
             None => Shape::Disc(Disc { centre_w: pose_wb.position(), radius_m: spec.body.radius_m }),
-            Some(outline) => Shape::Polygon(outline.corners_b().iter().map(|corner| pose_wb.transform(*corner)).collect()),
+            Some(outline) => {
+                Shape::Polygon(outline.corners_b().iter().map(|corner| pose_wb.transform(*corner)).collect())
+            }
         }
     };
     specs.iter().enumerate().map(shape).collect()
@@ -112,8 +115,9 @@ pub(super) fn assert_nothing_overlaps(walls: &Walls, shapes: &[Shape]) -> Result
 pub(super) fn assert_no_way_crosses(walls: &Walls, from_wb: Pose, to_wb: Pose) -> Result<(), TestCaseError> {
     let turn_rad = wrap(to_wb.yaw_rad - from_wb.yaw_rad);
     // The step's twist: the one that leads from the one pose to the other in one second.
-    let chord_m = (to_wb.position() - from_wb.position()).dot(&Pose::new(0.0, 0.0, from_wb.yaw_rad + turn_rad / 2.0).heading());
-    let bow = if turn_rad.abs() < 1e-9 { 1.0 } else { turn_rad / 2.0 / (turn_rad / 2.0).sin() };
+    let chord_wb = Pose::new(0.0, 0.0, from_wb.yaw_rad + turn_rad / 2.0);
+    let chord_m = (to_wb.position() - from_wb.position()).dot(&chord_wb.heading());
+    let bow = if turn_rad.abs() < 1e-9 { 1.0 } else { turn_rad / 2.0 / sin(turn_rad / 2.0) };
     let twist_b = Twist::new(chord_m * bow, turn_rad);
     prop_assert!((from_wb.advance(twist_b, 1.0).position() - to_wb.position()).norm() < 1e-6, "a step is no arc");
     let at = |part: u32| from_wb.advance(twist_b, f64::from(part) / f64::from(PARTS)).position();

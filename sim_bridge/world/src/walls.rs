@@ -42,7 +42,8 @@ impl Walls {
     /// The walls of `world`. A polygon of fewer than three different corners encloses nothing and is left out.
     #[must_use]
     pub fn new(world: &World) -> Self {
-        let loops: Vec<Loop> = world.polygons.iter().map(Loop::new).filter(|loop_| loop_.corners_w.len() >= 3).collect();
+        let loops: Vec<Loop> =
+            world.polygons.iter().map(Loop::new).filter(|loop_| loop_.corners_w.len() >= 3).collect();
         let mut segments: Vec<Segment> = loops.iter().flat_map(Loop::segments).collect();
         segments.extend(world.polylines.iter().flat_map(|line| thin(&line.points_m)));
         segments.extend(world.map.iter().flat_map(|map| map::outline(map)));
@@ -305,7 +306,8 @@ mod tests {
     #[test]
     fn a_polygon_of_repeated_corners_is_left_out() {
         let flat = Polygon { enclosure: false, points_m: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [0.0, 0.0]] };
-        let walls = Walls::new(&World { name: "flat".into(), polygons: vec![flat], circles: vec![], ..World::default() });
+        let walls =
+            Walls::new(&World { name: "flat".into(), polygons: vec![flat], circles: vec![], ..World::default() });
         assert!(walls.segments().is_empty());
     }
 
@@ -317,5 +319,4 @@ mod tests {
         assert!((walls.ray_m(Vec2::new(6.0, 3.0), east, 20.0).unwrap() - 1.5).abs() < 1e-12);
         assert_eq!(walls.ray_m(Vec2::new(1.0, 2.5), east, 2.9), None);
     }
-
 }
