@@ -72,8 +72,7 @@ fn beam(distance_cm: u16, range_m_max: f64) -> Beam {
 /// The message that says `scan`: more than 72 beams are thinned to 72 bins, each with the nearest of its hits.
 pub(crate) fn encode(time_us: u64, scan: &Scan) -> OBSTACLE_DISTANCE_DATA {
     let step_deg = (scan.angle_step_rad.abs().to_degrees() * scan.beams.len() as f64 / bins(scan) as f64).max(1e-3);
-    let first_deg = 0.0 - scan.angle_first_rad.to_degrees();
-    let offset_deg = first_deg + step_deg * ((OFFSET_DEG - first_deg) / step_deg).round();
+    let offset_deg = offset_deg(scan, step_deg);
     let max_cm = centimetres(scan.range_m_max).min(UNKNOWN_CM - 2);
     let mut distances = [UNKNOWN_CM; BINS];
     let turn = (360.0 / step_deg).round().max(1.0) as i64;
@@ -95,6 +94,17 @@ pub(crate) fn encode(time_us: u64, scan: &Scan) -> OBSTACLE_DISTANCE_DATA {
         angle_offset: offset_deg as f32,
         frame: MavFrame::MAV_FRAME_BODY_FRD,
     }
+}
+
+/// Where the array starts, degrees clockwise. A full turn may start anywhere; a part of one starts at its own end.
+fn offset_deg(scan: &Scan, step_deg: f64) -> f64 {
+    let end_deg = |index: usize| 0.0 - scan.angle_rad(index).to_degrees();
+    let (first_deg, last_deg) = (end_deg(0), end_deg(scan.beams.len().saturating_sub(1)));
+    let is_part = (first_deg - last_deg).abs() + 1.5 * step_deg < 360.0;
+    if is_part {
+        return first_deg.min(last_deg);
+    }
+    first_deg + step_deg * ((OFFSET_DEG - first_deg) / step_deg).round()
 }
 
 fn bins(scan: &Scan) -> usize {
@@ -130,6 +140,27 @@ mod tests {
         let mut payload = [0; 255];
         let length = encode(0, scan).ser(mavlink::MavlinkVersion::V2, &mut payload);
         decode(Stamp::ZERO, &payload[..length], LIMITS).expect("a scan")
+    }
+
+    #[test]
+    fn a_part_of_a_turn_arrives_whole_whatever_part_it_is() {
+        for (beams, fov_deg) in [(72, 270.0), (40, 90.0), (72, 300.0), (11, 180.0)] {
+            let step_rad = f64::to_radians(fov_deg) / f64::from(beams - 1);
+            let hits = (0..beams).map(|index| Beam::Hit(1.0 + f64::from(index) * 0.05)).collect();
+            let mut sent = scan(hits, -f64::to_radians(fov_deg) / 2.0);
+            sent.angle_step_rad = step_rad;
+            let got = through(&sent);
+            for (index, beam) in sent.beams.iter().enumerate() {
+                let at = |(other, _): &(usize, &Beam)| {
+                    drover_contract::wrap(got.angle_rad(*other) - sent.angle_rad(index)).abs() < step_rad / 10.0
+                };
+                let arrived = got.beams.iter().enumerate().find(at).map(|(_, beam)| *beam);
+                let (Beam::Hit(is_m), Some(Beam::Hit(got_m))) = (*beam, arrived) else {
+                    panic!("beam {index} of {beams} over {fov_deg} degrees: {arrived:?}")
+                };
+                assert!((is_m - got_m).abs() < 0.006);
+            }
+        }
     }
 
     /// Direction and range of the nearest hit, degrees to the left.
