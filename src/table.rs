@@ -9,7 +9,13 @@ const RUNS_LISTED: usize = 20;
 pub(crate) fn print_batch(result: &BatchResult) {
     let robots = result.runs.first().map_or(0, |run| run.robots);
     let cut = if result.interrupted { "; interrupted, the others are left out" } else { "" };
-    println!("{}: {} runs of {robots} robots, fidelity {:?}{}\n", result.swarm, result.runs.len(), result.fidelity, cut);
+    println!(
+        "{}: {} runs of {robots} robots, fidelity {:?}{}\n",
+        result.swarm,
+        result.runs.len(),
+        result.fidelity,
+        cut
+    );
     if result.runs.len() <= RUNS_LISTED {
         println!("{:>20}  {:>7}  {:>9}  {:>9}  {:>9}  digest", "seed", "reached", "time s", "robot m", "wall m");
         result.runs.iter().for_each(print_run);

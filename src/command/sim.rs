@@ -88,7 +88,8 @@ pub(crate) fn execute(arguments: &Arguments) -> Exit {
 
 fn settings(arguments: &Arguments) -> Result<Vec<Override>, Exit> {
     let mut set = overrides(&arguments.set)?;
-    let duration: Vec<String> = arguments.duration.iter().map(|duration_s| format!("duration_s={duration_s:?}")).collect();
+    let duration: Vec<String> =
+        arguments.duration.iter().map(|duration_s| format!("duration_s={duration_s:?}")).collect();
     set.extend(overrides(&duration)?);
     Ok(set)
 }
@@ -190,7 +191,9 @@ impl Meter {
         let milliseconds = duration_s * 1e3 * runs as f64;
         let bar = ProgressBar::with_draw_target(Some(milliseconds as u64), ProgressDrawTarget::stderr());
         let form = "[{bar:30}] {percent:>3} %  {msg}  {eta} left";
-        bar.set_style(ProgressStyle::with_template(form).unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("#."));
+        bar.set_style(
+            ProgressStyle::with_template(form).unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("#."),
+        );
         Self { bar, runs, so_far: Mutex::default(), begun: Instant::now() }
     }
 

@@ -189,9 +189,10 @@ fn without_noise_a_journey_on_values_is_the_journey_on_the_wire() {
         for seed in 31..=33 {
             let all = journeys(&first(seed, true, set));
             let text = format!("seed {seed} {set:?}: {all:?}");
-            // Seeds 1..=30 of both: leader 0.35 mm, a follower 0.27 m at worst (one was held for a moment and the other
-            // was not) and 0.07 m in the mean, states 0.994, ends 0.32 s, gaps 0.019 m.
-            assert!(all.leader_m < 1e-3, "{text}");
+            // Seeds 1..=60 of both: a leader 2 mm at worst and 0.3 mm mostly; a follower 0.27 m at worst (one was held
+            // for a moment and the other was not), 0.05 m mostly, 0.01 m in the mean; ends 0.3 s apart, gaps 0.023 m,
+            // one state in both 0.994 of the time.
+            assert!(all.leader_m < 3e-3, "{text}");
             assert!(all.follower_m < 0.35 && all.follower_m_mean < 0.1, "{text}");
             assert!(all.same_state > 0.99, "{text}");
             assert!((all.done_s[0] - all.done_s[1]).abs() < 0.5, "{text}");
@@ -206,7 +207,7 @@ fn with_all_its_noise_a_journey_on_values_is_that_on_the_wire_but_for_what_tips_
     for seed in 31..=37 {
         let all = journeys(&first(seed, false, &[]));
         let text = format!("seed {seed}: {all:?}");
-        assert!(all.leader_m < 1e-3, "{text}");
+        assert!(all.leader_m < 3e-3, "{text}");
         assert!(all.same_state > 0.85, "{text}");
         assert!(all.done_s.iter().all(|done_s| done_s.is_finite()), "{text}");
         assert!((0..2).all(|n| (all.gaps_m[0][n] - all.gaps_m[1][n]).abs() < 0.06), "{text}");
@@ -214,7 +215,7 @@ fn with_all_its_noise_a_journey_on_values_is_that_on_the_wire_but_for_what_tips_
         same_state.push(all.same_state);
     }
     // One decision that tips over (a beam that is lost, a peer that is unheard for a moment) sends a follower another
-    // way around another robot. Seeds 1..=30: a median of 0.11 m and 0.998, and two robots more than 0.75 m apart.
+    // way around another robot. Seeds 1..=60: medians of 0.13 m and 0.998; a worst of 1.2 m and 0.92.
     worst_m.sort_by(f64::total_cmp);
     same_state.sort_by(f64::total_cmp);
     assert!(worst_m[3] < 0.25 && same_state[3] > 0.95, "the medians of {worst_m:?} and {same_state:?}");

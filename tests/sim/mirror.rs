@@ -1,8 +1,8 @@
 //! Mirrored worlds give mirrored runs: nothing in the simulation or in a law knows left from right.
 //!
-//! Rounding does (beams are counted counter-clockwise, and the sines of a beam and of its mirror image differ in the last
-//! bit), so two runs stay mirror images only until something tips over: a guard's threshold, a contact. A flock's 36 s
-//! are its whole journey; diffusion, which only asks which side has more, is its mirror image to the last bit.
+//! Rounding does (beams are counted counter-clockwise, and the sines of a beam and of its mirror image differ in the
+//! last bit), so two runs stay mirror images only until something tips over: a guard's threshold, a contact. A flock's
+//! 36 s are its whole journey; diffusion, which only asks which side has more, is its mirror image to the last bit.
 
 use crate::swarms::{CROWD, EVERYTHING, MAZE, shipped, written};
 use drover_config::{Behaviour, Swarm};

@@ -250,7 +250,11 @@ impl fmt::Display for SimResult {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "bench sim: {}\n", self.conditions)?;
         writeln!(f, "robot-steps/s on one thread (sense, decide, move; one tick of {TICK_MS} ms), median of rounds")?;
-        writeln!(f, "{:<34} {:>7} {:>12} {:>6} {:>12} {:>6} {:>10}", "work", "robots", "off", "x", "on", "x", "ARGoS *")?;
+        writeln!(
+            f,
+            "{:<34} {:>7} {:>12} {:>6} {:>12} {:>6} {:>10}",
+            "work", "robots", "off", "x", "on", "x", "ARGoS *"
+        )?;
         for row in &self.diffusion {
             let DiffusionRow { work, robots, off_per_s, on_per_s, argos_per_s, off_ratio, on_ratio } = row;
             write!(f, "{work:<34} {robots:>7} {off_per_s:>12.0} {off_ratio:>6.1} ")?;
@@ -265,12 +269,19 @@ impl fmt::Display for SimResult {
         if self.beside.is_empty() {
             writeln!(f, "\nbeside us: nobody; bench/peers/setup installs IR-SIM for that")?;
         }
-        writeln!(f, "\nflocks of {}, 72 beams at 10 Hz, node and supervisor at 20 Hz, beacons at 10 Hz:", scenes::FLOCK)?;
+        writeln!(
+            f,
+            "\nflocks of {}, 72 beams at 10 Hz, node and supervisor at 20 Hz, beacons at 10 Hz:",
+            scenes::FLOCK
+        )?;
         let title = "us/robot-step   x real time, 1 thread   all cores   heard/s   heap B/robot   resident B/robot";
         writeln!(f, "{:>7}   {title}", "robots")?;
         for row in &self.flocks {
             let FlockRow { robots, step_us, real_time_1, real_time_all, heard_per_s, bytes_per_robot, .. } = row;
-            write!(f, "{robots:>7}   {step_us:>13.2}   {real_time_1:>21.2}   {real_time_all:>9.2}   {heard_per_s:>7.1}")?;
+            write!(
+                f,
+                "{robots:>7}   {step_us:>13.2}   {real_time_1:>21.2}   {real_time_all:>9.2}   {heard_per_s:>7.1}"
+            )?;
             writeln!(f, "   {bytes_per_robot:>12}   {:>16.0}", row.resident_per_robot)?;
         }
         let WireRow { robots, real_time } = self.wire;

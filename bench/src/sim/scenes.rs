@@ -1,10 +1,10 @@
 //! The swarms that `drover bench sim` runs: the peers' robots at the peers' densities, and flocks without number.
 
+use drover_config::{BeaconPlane, Robot};
 use drover_config::{
     Behaviour, Body, Circle, Diffuse, Drive, Flock, Kind, Lidar, LidarLink, Links, Motion, Mount, Polygon, Radio,
     RobotFile, Sim, SimMotion, Start, Swarm, Timeouts, World,
 };
-use drover_config::{BeaconPlane, Robot};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use std::f64::consts::TAU;
@@ -101,11 +101,7 @@ fn in_flock(index: u32, count: u32) -> Start {
         0 => (0.0, 1.5),
         other => (-1.0 - f64::from((other - 1) / 4), f64::from((other - 1) % 4)),
     };
-    Start {
-        x_m: row * FLOCK_PITCH_M + ahead * 1.8,
-        y_m: column * FLOCK_PITCH_M + aside * 1.8,
-        yaw_rad: 0.0,
-    }
+    Start { x_m: row * FLOCK_PITCH_M + ahead * 1.8, y_m: column * FLOCK_PITCH_M + aside * 1.8, yaw_rad: 0.0 }
 }
 
 fn flock_behind(leader: u32, end_m: [f64; 2]) -> Flock {

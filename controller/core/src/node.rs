@@ -11,9 +11,7 @@ use crate::status::{Counters, Status};
 use crate::supervisor::conditions::{Ages, RequestFact};
 use crate::supervisor::{self, Conditions, GuardParams, Obstacles, Reason, StopReason, Supervisor, Verdict};
 use drover_config::{Drive, Mount, RobotFile, Timeouts};
-use drover_contract::{
-    Beacon, BehaviourState, DriveState, Event, Limits, Pose, RobotId, SafeCommand, Stamp, Twist,
-};
+use drover_contract::{Beacon, BehaviourState, DriveState, Event, Limits, Pose, RobotId, SafeCommand, Stamp, Twist};
 use nalgebra::Isometry2;
 use std::sync::Arc;
 use std::time::Duration;
@@ -270,7 +268,8 @@ impl Node {
     #[must_use]
     pub fn bytes(&self) -> usize {
         let points = self.scene.seen.points_b.capacity() * 2 * size_of::<f64>();
-        let beams = self.mailbox.scan.as_ref().map_or(0, |scan| scan.beams.capacity() * size_of::<drover_contract::Beam>());
+        let beams =
+            self.mailbox.scan.as_ref().map_or(0, |scan| scan.beams.capacity() * size_of::<drover_contract::Beam>());
         // Points are held three times (seen, obstacles, the guard's), rays once.
         beams + 4 * points + self.scene.bodies.capacity() * size_of::<Body>() + self.peers.bytes()
     }

@@ -246,7 +246,8 @@ impl Matches {
 
     /// The nearest hit that is not a peer's, in the body frame of now: what laws take for walls.
     pub(crate) fn nearest_wall(&self, seen: &Surroundings, from_b: Vec2) -> Option<Vec2> {
-        let walls = seen.points_b.iter().zip(&self.on_body).filter(|(_, on_body)| !**on_body).map(|(point_b, _)| point_b);
+        let walls =
+            seen.points_b.iter().zip(&self.on_body).filter(|(_, on_body)| !**on_body).map(|(point_b, _)| point_b);
         walls.min_by(|a, b| (**a - from_b).norm_squared().total_cmp(&(**b - from_b).norm_squared())).copied()
     }
 }
@@ -267,7 +268,14 @@ mod tests {
         let mut beams = vec![Beam::Clear; 72];
         hits.iter().for_each(|(beam, range_m)| beams[*beam] = Beam::Hit(*range_m));
         let step = TAU / 72.0;
-        Scan { stamp: Stamp::ZERO, angle_first_rad: 0.0, angle_step_rad: step, range_m_min: 0.1, range_m_max: 8.0, beams }
+        Scan {
+            stamp: Stamp::ZERO,
+            angle_first_rad: 0.0,
+            angle_step_rad: step,
+            range_m_min: 0.1,
+            range_m_max: 8.0,
+            beams,
+        }
     }
 
     fn standing(pose_wb: Pose) -> Motion {
@@ -287,7 +295,8 @@ mod tests {
         let motion = standing(Pose::new(10.0, 5.0, std::f64::consts::FRAC_PI_2));
         // Ahead of the body is north: a peer 2 m ahead, whose near side is seen, and a wall 4 m to the left.
         let hits = [(0, 1.6), (18, 4.0)];
-        let at = |place: Option<Vec2>, x: f64, y: f64| place.is_some_and(|place| (place - Vec2::new(x, y)).norm() < 1e-9);
+        let at =
+            |place: Option<Vec2>, x: f64, y: f64| place.is_some_and(|place| (place - Vec2::new(x, y)).norm() < 1e-9);
         let peer = Body { pos_w: Vec2::new(10.0, 7.0), radius_m: 0.4, bound_m: 0.05 };
         assert!(at(nearest_wall(&hits, &motion, &[peer]), 0.0, 4.0));
         assert!(at(nearest_wall(&hits, &motion, &[]), 1.6, 0.0));

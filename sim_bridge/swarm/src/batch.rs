@@ -77,7 +77,8 @@ where
         let swarm = (self.load)(seed)?;
         let mut trial = trial_of(&swarm, self.fidelity, self.record_to.is_some())?;
         let folder = self.record_to.as_ref().map(|folder| folder.join(format!("seed-{seed}")));
-        let unwritable = || format!("cannot record run {seed}: set record_dir to a folder you can write, with room in it");
+        let unwritable =
+            || format!("cannot record run {seed}: set record_dir to a folder you can write, with room in it");
         let trace = folder.map(|folder| Trace::create(&folder, &swarm)).transpose().with_context(unwritable)?;
         let mut watch = Observer { batch: self, end, trace, told_s: 0.0, steps: 0 };
         let result = run_trial(&swarm, trial.as_mut(), &mut watch);

@@ -2,8 +2,8 @@
 //!
 //! [`up`] runs it against the wall clock, over UDP and CAN, with the robots as tasks of this process or as processes of
 //! their own. [`VirtualSwarm`] runs the same robots, the same firmware and the same bytes over memory links in virtual
-//! time, where one seed gives the same recordings twice. [`DirectSwarm`] leaves the bytes out and runs as many robots as
-//! there is memory. [`run_trial`] runs and measures either of the two.
+//! time, where one seed gives the same recordings twice. [`DirectSwarm`] leaves the bytes out and runs as many robots
+//! as there is memory. [`run_trial`] runs and measures either of the two.
 
 mod batch;
 mod children;

@@ -7,12 +7,12 @@
 use crate::ether::Ether;
 use crate::summary::{RunFacts, Summary, Tally, summarise};
 use crate::tasks::beacon_links;
+use crate::trial::Trial;
 use drover_config::{Links, Swarm};
 use drover_contract::{CanBus, Clock, Link, Stamp};
+use drover_core::Status;
 use drover_io::{ManualClock, MemoryBus, MemoryLink, MemoryNode, OpenError, Recorder, memory_link};
 use drover_robot::{Assembly, Hardware, RobotLoop, StopReason, View, assemble};
-use crate::trial::Trial;
-use drover_core::Status;
 use drover_world::{Arena, Packet, PeerKey, Plant, Port, RadioTally};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -123,7 +123,8 @@ impl VirtualSwarm {
         let (near, far) = memory_link(QUEUE);
         self.ether.replace(index, far);
         self.epochs[index] += 1;
-        let (robot, far_end) = start(&self.swarm, index, self.epochs[index], near, (self.recorder.as_ref(), &self.clock))?;
+        let (robot, far_end) =
+            start(&self.swarm, index, self.epochs[index], near, (self.recorder.as_ref(), &self.clock))?;
         self.robots[index] = Some(robot);
         self.far_ends[index] = far_end;
         Ok(())

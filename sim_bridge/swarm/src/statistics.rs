@@ -48,7 +48,11 @@ impl Spread {
     pub fn of_numbers(values: impl IntoIterator<Item = f64>, worst: Worst) -> Option<Self> {
         let sorted = sorted(values)?;
         let (mean, half) = mean_and_half_width(&sorted);
-        Some(Self { ci95_low: half.map(|half| mean - half), ci95_high: half.map(|half| mean + half), ..of(&sorted, worst) })
+        Some(Self {
+            ci95_low: half.map(|half| mean - half),
+            ci95_high: half.map(|half| mean + half),
+            ..of(&sorted, worst)
+        })
     }
 
     /// Of truths, as 1 and 0; `None` if there are none.

@@ -1,8 +1,8 @@
 //! How near a body has been to something, without measuring at every step.
 //!
-//! A gap shrinks no faster than bodies move. What was measured once, less what has been moved since, bounds the gap from
-//! below; only when that bound gets small is it measured again. Gaps below [`NEAR_M`] are measured at every step and
-//! exact; larger ones are known to a tenth, and told too small and never too large.
+//! A gap shrinks no faster than bodies move. What was measured once, less what has been moved since, bounds the gap
+//! from below; only when that bound gets small is it measured again. Gaps below [`NEAR_M`] are measured at every step
+//! and exact; larger ones are known to a tenth, and told too small and never too large.
 
 use crate::sweep::TOUCH_M;
 

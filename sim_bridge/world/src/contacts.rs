@@ -84,8 +84,8 @@ impl Contacts {
         }
     }
 
-    /// Whom a contact at this very moment stops. Contacts at one moment count together: which is looked at first must not
-    /// decide who is stopped.
+    /// Whom a contact at this very moment stops. Contacts at one moment count together: which is looked at first must
+    /// not decide who is stopped.
     fn take_all_at(&mut self, share: f64) {
         self.met.clear();
         while let Some(meeting) = self.due.peek().copied().filter(|meeting| meeting.share <= share) {

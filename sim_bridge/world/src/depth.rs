@@ -16,6 +16,7 @@
 //! behind a face is hidden by that face).
 
 use crate::lanes::{LANES, Lanes};
+use drover_contract::math::ATAN;
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 /// An interval is widened by this, radians: two walls that share a corner see it at the same angle where differences of
@@ -211,29 +212,15 @@ impl DepthBuffer {
     }
 }
 
-/// The directions of (x, y), radians, to 2e-7: atan of a ratio up to 1 as a polynomial (fitted here, minimax over
-/// 0..=1, error 7e-9 before rounding), and the octants by symmetry. (0, 0) gives 0.
+/// The directions of (x, y), radians, to 2e-7: `drover_contract::math::quick_angle` of many at once. (0, 0) gives 0.
 #[inline]
 pub(crate) fn angle(y: Lanes, x: Lanes) -> Lanes {
-    const C: [f32; 8] = [
-        -0.333_329_86,
-        0.199_903_95,
-        -0.141_859_64,
-        0.105_738_886,
-        -0.073_666_2,
-        0.041_120_894,
-        -0.015_131_967,
-        0.002_622_107_5,
-    ];
     let zero = Lanes::default();
     let (across, along) = (y.abs(), x.abs());
     let large = along.max(across);
     let ratio = along.min(across) / zero.if_less(large, large, Lanes::all(1.0));
     let s = ratio * ratio;
-    let mut sum = Lanes::all(C[7]);
-    for c in [C[6], C[5], C[4], C[3], C[2], C[1], C[0]] {
-        sum = sum * s + Lanes::all(c);
-    }
+    let sum = ATAN.iter().rev().fold(Lanes::default(), |sum, c| sum * s + Lanes::all(*c));
     let octant = ratio + ratio * s * sum;
     let quarter = along.if_less(across, Lanes::all(FRAC_PI_2) - octant, octant);
     let half = x.if_less(zero, Lanes::all(PI) - quarter, quarter);

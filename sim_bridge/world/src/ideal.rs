@@ -1,7 +1,7 @@
 //! A robot's firmware without its bytes: what the codecs would have said, as values.
 //!
-//! The direct fidelity drives a body through this. It keeps the times of the virtual firmware (when odometry comes, when
-//! a scan is complete, when the drive is ready) and leaves out what only the wire adds: quantisation, handshakes,
+//! The direct fidelity drives a body through this. It keeps the times of the virtual firmware (when odometry comes,
+//! when a scan is complete, when the drive is ready) and leaves out what only the wire adds: quantisation, handshakes,
 //! retries. A scan of a robot behind CAN arrives as late as its last sector does.
 
 use crate::chance::{Use, generator};

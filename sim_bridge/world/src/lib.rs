@@ -1,8 +1,8 @@
 //! The simulated place: geometry, bodies, lidar, virtual firmware, radio. Pure and deterministic.
 //!
-//! Walls ([`Walls`]) and bodies ([`body::Body`]) make a [`Place`], and an [`Arena`] moves them; the arena and the virtual
-//! firmware of every robot make a [`Plant`], which knows its robots by the bytes on their links only. [`Radio`] stands
-//! beside it: beacons go from robot to robot, not through firmware.
+//! Walls ([`Walls`]) and bodies ([`body::Body`]) make a [`Place`], and an [`Arena`] moves them; the arena and the
+//! virtual firmware of every robot make a [`Plant`], which knows its robots by the bytes on their links only. [`Radio`]
+//! stands beside it: beacons go from robot to robot, not through firmware.
 
 pub mod arena;
 pub mod body;

@@ -1,8 +1,10 @@
 use super::*;
+use crate::geometry::CellBlocks;
 use crate::walls::Walls;
-use drover_config::{Circle, Polygon, World};
+use drover_config::{Circle, GridMap, Polygon, Polyline, UnknownCells, World};
 use drover_contract::math::sin_cos;
 use proptest::prelude::*;
+use std::sync::Arc;
 
 fn params(beams: u32) -> LidarParams {
     LidarParams {
@@ -19,9 +21,13 @@ fn params(beams: u32) -> LidarParams {
 }
 
 fn room(circles: Vec<Circle>, boxes: Vec<Polygon>) -> Walls {
+    room_with(circles, boxes, vec![])
+}
+
+fn room_with(circles: Vec<Circle>, boxes: Vec<Polygon>, polylines: Vec<Polyline>) -> Walls {
     let outer = Polygon { enclosure: true, points_m: vec![[-8.0, -6.0], [8.0, -6.0], [8.0, 6.0], [-8.0, 6.0]] };
     let polygons = std::iter::once(outer).chain(boxes).collect();
-    Walls::new(&World { name: "room".into(), polygons, circles, ..World::default() })
+    Walls::new(&World { name: "room".into(), polygons, circles, polylines, map: None })
 }
 
 fn scan(lidar: &mut Lidar, walls: &Walls, pose_wb: Pose) -> Scan {
@@ -141,6 +147,59 @@ fn round() -> impl Strategy<Value = Circle> {
     (-7.0..7.0f64, -5.0..5.0f64, 0.05..1.0f64).prop_map(|(x, y, radius_m)| Circle { centre_m: [x, y], radius_m })
 }
 
+/// Thin walls: seen from both sides.
+fn thin() -> impl Strategy<Value = Polyline> {
+    let corners = prop::collection::vec((-7.0..7.0f64, -5.0..5.0f64), 2..5);
+    corners.prop_map(|corners| Polyline { points_m: corners.into_iter().map(|(x, y)| [x, y]).collect() })
+}
+
+/// A map of 24 x 16 cells of half a metre around the origin: a rim, and some cells within.
+fn cells() -> impl Strategy<Value = GridMap> {
+    let (width, height) = (24, 16);
+    prop::collection::vec(0.0..1.0f64, width * height).prop_map(move |draws| {
+        let rim = |index: usize| {
+            let (x, y) = (index % width, index / width);
+            x == 0 || y == 0 || x == width - 1 || y == height - 1
+        };
+        GridMap {
+            file: String::new(),
+            unknown: UnknownCells::Solid,
+            resolution_m: 0.5,
+            origin_m: [-6.0, -4.0],
+            origin_yaw_rad: 0.0,
+            width,
+            height,
+            solid: draws.iter().enumerate().map(|(index, draw)| rim(index) || *draw < 0.15).collect(),
+        }
+    })
+}
+
+/// Every beam of a scan agrees with a ray of parry's.
+///
+/// A beam that grazes an edge may see either side of it: it then agrees with a ray turned by up to a hair. By less,
+/// too, since the range to a disc's rim goes by the square root of the angle.
+fn assert_agrees(seen: &Scan, pose_wb: Pose, ray_m: impl Fn(Vec2) -> Option<f64>) -> Result<(), TestCaseError> {
+    let differ = |nudge_rad: f64| {
+        let off = |index: &usize| {
+            let (sin, cos) = sin_cos(seen.angle_rad(*index) + nudge_rad);
+            let (ours, parrys) = (range_m(seen.beams[*index]), ray_m(pose_wb.rotate(Vec2::new(cos, sin))));
+            !matches!((ours, parrys), (Some(a), Some(b)) if (a - b).abs() < 1e-3)
+        };
+        (0..seen.beams.len()).filter(off).collect::<Vec<_>>()
+    };
+    let plain = differ(0.0);
+    let mut wrong = plain.clone();
+    for step in (0..32).filter(|_| !plain.is_empty()) {
+        let hair_rad = 1e-5 * 0.75_f64.powi(step);
+        let (left, right) = (differ(hair_rad), differ(-hair_rad));
+        wrong.retain(|index| left.contains(index) && right.contains(index));
+    }
+    prop_assert_eq!(wrong, Vec::<usize>::new());
+    // An interval's ends are good to some millionths of a radian: one beam in thousands lies so close to one.
+    prop_assert!(plain.len() <= 3, "{} grazing beams of {}", plain.len(), seen.beams.len());
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
@@ -148,41 +207,28 @@ proptest! {
     fn a_scan_of_a_random_world_equals_parrys_rays(
         boxes in prop::collection::vec(convex(), 0..8),
         circles in prop::collection::vec(round(), 0..8),
+        lines in prop::collection::vec(thin(), 0..4),
         (x, y, yaw) in (-7.0..7.0f64, -5.0..5.0f64, -3.1..3.1f64),
         beams in 8..720u32,
     ) {
-        let walls = room(circles, boxes);
+        let walls = room_with(circles, boxes, lines);
         let pose_wb = Pose::new(x, y, yaw);
         prop_assume!(!walls.is_solid(pose_wb.position()) && walls.distance_m(pose_wb.position()).unwrap() > 0.02);
         let mut lidar = Lidar::new(LidarParams { range_m_min: 0.0, range_m_max: 30.0, ..params(beams) }, 1, 1);
         let seen = scan(&mut lidar, &walls, pose_wb);
-        let differ = |nudge_rad: f64| {
-            let ray = |index: usize| {
-                let direction_w = pose_wb.rotate(Vec2::new(1.0, 0.0));
-                let (sin, cos) = sin_cos(seen.angle_rad(index) + nudge_rad);
-                let turned = Vec2::new(
-                    cos * direction_w.x - sin * direction_w.y,
-                    sin * direction_w.x + cos * direction_w.y,
-                );
-                walls.ray_m(pose_wb.position(), turned, 30.0)
-            };
-            let off = |index: &usize| {
-                let (ours, parrys) = (range_m(seen.beams[*index]), ray(*index));
-                !matches!((ours, parrys), (Some(a), Some(b)) if (a - b).abs() < 1e-3)
-            };
-            (0..seen.beams.len()).filter(off).collect::<Vec<_>>()
-        };
-        // A beam that grazes an edge may see either side of it: it then agrees with a ray turned by up to a hair.
-        // By less, too, since the range to a disc's rim goes by the square root of the angle.
-        let plain = differ(0.0);
-        let mut wrong = plain.clone();
-        for step in (0..32).filter(|_| !plain.is_empty()) {
-            let hair_rad = 1e-5 * 0.75_f64.powi(step);
-            let (left, right) = (differ(hair_rad), differ(-hair_rad));
-            wrong.retain(|index| left.contains(index) && right.contains(index));
-        }
-        prop_assert_eq!(wrong, Vec::<usize>::new());
-        // An interval's ends are good to some millionths of a radian: one beam in thousands lies so close to one.
-        prop_assert!(plain.len() <= 3, "{} grazing beams of {}", plain.len(), seen.beams.len());
+        assert_agrees(&seen, pose_wb, |along_w| walls.ray_m(pose_wb.position(), along_w, 30.0))?;
+    }
+
+    #[test]
+    fn a_scan_of_a_random_map_equals_parrys_rays_at_its_cells(
+        map in cells(), (x, y, yaw) in (-5.5..5.5f64, -3.5..3.5f64, -3.1..3.1f64), beams in 8..720u32,
+    ) {
+        let parrys = CellBlocks::new(&map);
+        let walls = Walls::new(&World { name: "map".into(), map: Some(Arc::new(map)), ..World::default() });
+        let pose_wb = Pose::new(x, y, yaw);
+        prop_assume!(!walls.is_solid(pose_wb.position()) && walls.distance_m(pose_wb.position()).unwrap() > 0.02);
+        let mut lidar = Lidar::new(LidarParams { range_m_min: 0.0, range_m_max: 30.0, ..params(beams) }, 1, 1);
+        let seen = scan(&mut lidar, &walls, pose_wb);
+        assert_agrees(&seen, pose_wb, |along_w| parrys.ray_m(pose_wb.position(), along_w, 30.0))?;
     }
 }

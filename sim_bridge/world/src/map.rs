@@ -34,8 +34,8 @@ struct Border<'a> {
 }
 
 impl Border<'_> {
-    /// Walk along one grid line of `count` cell sides. `sides(i)` says whether the cells right and left of it are solid;
-    /// `place(i)` is where the side begins, in cells.
+    /// Walk along one grid line of `count` cell sides. `sides(i)` says whether the cells right and left of it are
+    /// solid; `place(i)` is where the side begins, in cells.
     fn run(&mut self, count: i64, sides: impl Fn(i64) -> (bool, bool), place: impl Fn(f64) -> Vec2) {
         let kind = |i: i64| if i < count { sides(i) } else { (false, false) };
         let mut from = 0;

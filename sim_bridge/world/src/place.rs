@@ -94,7 +94,8 @@ impl Place {
         outline.map_or(0.0, |outline| (motion.twist_b.yaw_rate_radps * motion.dt_s).abs() * outline.radius_m())
     }
 
-    /// Gap from a body's surface to the nearest wall if it were at `pose_wb` in free space, metres; `None` without walls.
+    /// Gap from a body's surface to the nearest wall if it were at `pose_wb` in free space, metres; `None` without
+    /// walls.
     pub(crate) fn wall_gap_m(&self, robot: usize, pose_wb: Pose) -> Option<f64> {
         match &self.outlines[robot] {
             Some(outline) => self.walls.outline_gap_m(outline, pose_wb),
@@ -108,8 +109,8 @@ impl Place {
         Some(if self.walls.is_solid(self.discs[robot].centre_w) { -gap_m.abs() } else { gap_m })
     }
 
-    /// Gap between two bodies if they were at these poses, metres. What is farther apart than `enough_m` is not measured
-    /// any better than by their discs.
+    /// Gap between two bodies if they were at these poses, metres. What is farther apart than `enough_m` is not
+    /// measured any better than by their discs.
     pub(crate) fn body_gap_m(&self, [a, b]: [usize; 2], [a_wb, b_wb]: [Pose; 2], enough_m: f64) -> f64 {
         let (disc_a, disc_b) = (self.discs[a], self.discs[b]);
         let apart_m = (a_wb.position() - b_wb.position()).norm() - disc_a.radius_m - disc_b.radius_m;

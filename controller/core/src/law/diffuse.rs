@@ -11,7 +11,8 @@
 //! multi-engine simulator for multi-robot systems", Swarm Intelligence 6(4), 2012), with points in metres for
 //! proximity readings.
 //!
-//! **Cost**: one pass over the points. **Cannot solve**: never; what lies straight ahead is turned away from to the left.
+//! **Cost**: one pass over the points. **Cannot solve**: never; what lies straight ahead is turned away from to the
+//! left.
 
 use drover_config::Diffuse;
 use drover_contract::{Twist, Vec2};

@@ -59,7 +59,8 @@ enum Role {
 impl Law {
     /// The law of robot `own` in `behaviour`.
     pub(crate) fn new(own: RobotId, behaviour: &Behaviour) -> Self {
-        let start = |role, goal_w, head_offset_m| Self { role, goal_w, start_gap_m: None, progress: 0.0, head_offset_m };
+        let start =
+            |role, goal_w, head_offset_m| Self { role, goal_w, start_gap_m: None, progress: 0.0, head_offset_m };
         match behaviour {
             Behaviour::Flock(flock) => {
                 let role = if RobotId(flock.leader) == own { lead(flock) } else { follow(flock) };

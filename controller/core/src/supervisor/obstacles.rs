@@ -42,8 +42,8 @@ pub(super) struct Plane {
 }
 
 impl Obstacles {
-    /// From the raw scan and the peers' bodies, matched: what a body can come to that goes no farther than `reach_m` and
-    /// keeps `keep_m`, its radius and margin. What was held before is forgotten.
+    /// From the raw scan and the peers' bodies, matched: what a body can come to that goes no farther than `reach_m`
+    /// and keeps `keep_m`, its radius and margin. What was held before is forgotten.
     pub(crate) fn fill(&mut self, seen: &Surroundings, peers: &Peers<'_>, keep_m: f64, reach_m: f64) {
         // Half of a gap is a limit: what is farther than twice the reach limits nobody.
         let within_m = keep_m + 2.0 * reach_m;
