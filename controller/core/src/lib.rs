@@ -21,7 +21,7 @@ mod supervisor;
 mod testing;
 
 pub use law::diffuse;
-pub use node::Node;
+pub use node::{Node, Workspace};
 pub use peers::Roster;
 pub use status::{Counters, Status};
 pub use supervisor::{Reason, StopReason, Verdict};

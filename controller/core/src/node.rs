@@ -46,18 +46,20 @@ pub struct Node {
     guard: GuardParams,
     /// Where the lidar sits on the body.
     mount: Isometry2<f64>,
-    scene: Scene,
+    workspace: Workspace,
     status: Status,
 }
 
-/// What a tick works on; the lists are kept from tick to tick for their memory.
+/// What a tick works on. Nothing in it lives longer than the tick but the memory of its lists: who turns thousands of
+/// nodes lends the same one to all of them ([`Node::tick_in`]), so that it stays in the processor's cache.
 #[derive(Clone, Debug, Default)]
-struct Scene {
+pub struct Workspace {
     seen: Surroundings,
     bodies: Vec<Body>,
     matches: Matches,
     neighbours: Vec<Neighbour>,
     obstacles: Obstacles,
+    scratch: supervisor::Scratch,
 }
 
 impl Node {
@@ -95,7 +97,7 @@ impl Node {
             supervisor: Supervisor::new(guard),
             guard,
             mount: mount_of(&file.kind.lidar.mount),
-            scene: Scene::default(),
+            workspace: Workspace::default(),
             status: first_status(now, start_wb),
         }
     }
@@ -129,20 +131,26 @@ impl Node {
 
     /// One tick: the whole way from what is known to the command to send now.
     pub fn tick(&mut self, now: Stamp) -> SafeCommand {
+        let mut workspace = std::mem::take(&mut self.workspace);
+        let command = self.tick_in(now, &mut workspace);
+        self.workspace = workspace;
+        command
+    }
+
+    /// The same with a workspace that is lent for it.
+    pub fn tick_in(&mut self, now: Stamp, scene: &mut Workspace) -> SafeCommand {
         let beat = self.cadence.beat(now);
         let motion = self.estimate.motion(now);
-        let mut scene = std::mem::take(&mut self.scene);
-        self.look_around(now, &motion, &mut scene);
+        self.look_around(now, &motion, scene);
         let mut facts = self.sense(now, beat, scene.seen.unknown_share);
-        let request = if facts.fit() { self.ask(now, beat, motion, &mut scene) } else { Err("not fit to move") };
+        let request = if facts.fit() { self.ask(now, beat, motion, scene) } else { Err("not fit to move") };
         facts.request = RequestFact::of(request);
         let unheard = self.peers.heard(now) < self.peers.known();
-        let Scene { seen, bodies, matches, obstacles, .. } = &mut scene;
+        let Workspace { seen, bodies, matches, obstacles, scratch, .. } = scene;
         let peers = supervisor::Peers { bodies, matches, own_bound_m: motion.pos_bound_m, unheard };
         obstacles.fill(seen, &peers, self.guard.keep_m(), self.guard.reach_m_max(motion.twist_b));
-        let decision = self.supervisor.tick(&facts, request.ok(), motion.twist_b, &scene.obstacles);
-        self.status.nearest_m = scene.seen.nearest_m;
-        self.scene = scene;
+        let decision = self.supervisor.tick(&facts, request.ok(), motion.twist_b, obstacles, scratch);
+        self.status.nearest_m = seen.nearest_m;
         if decision.command.is_stop() {
             // After a stop the law starts anew: nothing of the motion before is carried into the next command.
             self.law.halt();
@@ -167,8 +175,8 @@ impl Node {
     }
 
     /// The scan of now, and the bodies that are in it or within reach.
-    fn look_around(&self, now: Stamp, motion: &Motion, scene: &mut Scene) {
-        let Scene { seen, bodies, matches, .. } = scene;
+    fn look_around(&self, now: Stamp, motion: &Motion, scene: &mut Workspace) {
+        let Workspace { seen, bodies, matches, .. } = scene;
         let sight_m = match &self.mailbox.scan {
             Some(scan) => {
                 seen.look(scan, &self.mount, motion, now);
@@ -188,7 +196,7 @@ impl Node {
     }
 
     /// What the law wishes, limited; or why there is no wish.
-    fn ask(&mut self, now: Stamp, beat: Beat, motion: Motion, scene: &mut Scene) -> Result<Twist, &'static str> {
+    fn ask(&mut self, now: Stamp, beat: Beat, motion: Motion, scene: &mut Workspace) -> Result<Twist, &'static str> {
         scene.neighbours.clear();
         if self.law.asks_for_peers() {
             scene.neighbours.extend(self.peers.followable(now));
@@ -264,14 +272,11 @@ impl Node {
         &self.status
     }
 
-    /// Heap bytes held, about: the scan, what a tick works on, the peers.
+    /// Heap bytes held for the newest scan and the peers; what a tick works on is lent.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let points = self.scene.seen.points_b.capacity() * 2 * size_of::<f64>();
-        let beams =
-            self.mailbox.scan.as_ref().map_or(0, |scan| scan.beams.capacity() * size_of::<drover_contract::Beam>());
-        // Points are held three times (seen, obstacles, the guard's), rays once.
-        beams + 4 * points + self.scene.bodies.capacity() * size_of::<Body>() + self.peers.bytes()
+        let scan = self.mailbox.scan.as_ref();
+        scan.map_or(0, |scan| scan.beams.capacity() * size_of::<drover_contract::Beam>()) + self.peers.bytes()
     }
 
     /// Whether the next tick is due.

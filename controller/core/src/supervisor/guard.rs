@@ -12,7 +12,7 @@
 
 use super::Reason;
 use super::obstacles::{Obstacles, Plane};
-use super::rollout::{Pace, Start, course, latency_course};
+use super::rollout::{Pace, Start, course, latency_course, still};
 use drover_contract::{Limits, Twist, Vec2};
 
 /// Shares of the requested turn and speed that are tried.
@@ -55,9 +55,9 @@ pub(super) struct Guarded {
     pub(super) blocked: Option<Reason>,
 }
 
-/// Lists that are kept from tick to tick.
+/// What the guard works on; the lists are kept for their memory only.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Scratch {
+pub(crate) struct Scratch {
     bounds: Bounds,
     path: Vec<Vec2>,
 }
@@ -73,8 +73,10 @@ pub(super) fn guard(
     let pace = Pace { latency_s: params.latency_s, tick_s: params.tick_s, limits: &params.limits };
     let Scratch { bounds, path } = scratch;
     bounds.fill(obstacles, params, reach_m(request, start, params));
-    if bounds.is_empty() {
-        return guarded(request, request, None); // with nothing within reach no course needs to be known
+    let stays = [still(start.is_b), start.before_b, request].iter().all(|twist_b| twist_b.speed_mps == 0.0);
+    if bounds.is_empty() || stays {
+        // With nothing within reach, or for a body that stays where it is, no course needs to be known.
+        return guarded(request, request, None);
     }
     let committed = latency_course(start, &pace, path);
     // What crosses before any command can act cannot be helped by a choice among them.

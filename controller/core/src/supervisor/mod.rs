@@ -19,7 +19,8 @@ pub(crate) use guard::GuardParams;
 pub(crate) use obstacles::{Obstacles, Peers};
 
 use drover_contract::{SafeCommand, Twist};
-use guard::{Scratch, guard};
+pub(crate) use guard::Scratch;
+use guard::guard;
 use rollout::Start;
 use std::fmt;
 
@@ -151,13 +152,12 @@ pub(crate) struct Supervisor {
     verdict: Verdict,
     latched: Option<StopReason>,
     before: SafeCommand,
-    scratch: Scratch,
 }
 
 impl Supervisor {
     pub(crate) fn new(params: GuardParams) -> Self {
         let verdict = Verdict::Waiting(Reason::DriveSilent);
-        Self { params, verdict, latched: None, before: SafeCommand::STOP, scratch: Scratch::default() }
+        Self { params, verdict, latched: None, before: SafeCommand::STOP }
     }
 
     /// Stop for good. The first reason is kept.
@@ -167,17 +167,19 @@ impl Supervisor {
         self.before = SafeCommand::STOP;
     }
 
-    /// One tick. `request` is what the law asks for, limited; `is_b` is the measured velocity.
+    /// One tick. `request` is what the law asks for, limited; `is_b` is the measured velocity; `scratch` is for its memory
+    /// only.
     pub(crate) fn tick(
         &mut self,
         facts: &Conditions,
         request: Option<Twist>,
         is_b: Twist,
         obstacles: &Obstacles,
+        scratch: &mut Scratch,
     ) -> Decision {
         let asked = request.filter(Twist::is_finite);
         let start = Start { is_b, before_b: self.before.twist_b() };
-        let guarded = asked.map(|asked| guard(asked, start, obstacles, &self.params, &mut self.scratch));
+        let guarded = asked.map(|asked| guard(asked, start, obstacles, &self.params, scratch));
         let blocked = guarded.and_then(|guarded| guarded.blocked);
         self.verdict = transition::transition(self.verdict, self.latched, facts, blocked);
         let command = action::act(self.verdict, guarded.map(|guarded| guarded.twist_b), &self.params.limits);

@@ -54,7 +54,8 @@ pub(super) fn course(mut state: State, candidate_b: Twist, pace: &Pace<'_>, out:
     }
 }
 
-fn still(is_b: Twist) -> Twist {
+/// The measured velocity, with what is no more than a drive's noise taken for standing.
+pub(super) fn still(is_b: Twist) -> Twist {
     let speed_mps = if is_b.speed_mps.abs() < STILL_MPS { 0.0 } else { is_b.speed_mps };
     Twist { speed_mps, ..is_b }
 }

@@ -29,7 +29,7 @@ fn supervisor() -> Supervisor {
 /// One whose command before was to drive forward.
 fn cruising() -> Supervisor {
     let mut supervisor = supervisor();
-    supervisor.tick(&FIT, Some(FORWARD), FORWARD, &Obstacles::default());
+    supervisor.tick(&FIT, Some(FORWARD), FORWARD, &Obstacles::default(), &mut Scratch::default());
     supervisor
 }
 
@@ -61,7 +61,7 @@ fn obstacles_of(seen: &Surroundings, motion: &Motion, bodies: &[Body], keep_m: f
 #[test]
 fn with_everything_in_order_the_request_reaches_the_wheels_unchanged() {
     let mut supervisor = supervisor();
-    let decision = supervisor.tick(&FIT, Some(FORWARD), Twist::ZERO, &Obstacles::default());
+    let decision = supervisor.tick(&FIT, Some(FORWARD), Twist::ZERO, &Obstacles::default(), &mut Scratch::default());
     assert_eq!((decision.command.twist_b(), decision.changed), (FORWARD, None));
     assert_eq!(supervisor.verdict(), Verdict::Driving);
 }
@@ -85,11 +85,12 @@ fn whatever_is_absent_or_old_stops_the_robot_and_is_named() {
     ];
     for (facts, verdict) in cases {
         let mut supervisor = supervisor();
-        let decision = supervisor.tick(&facts, Some(FORWARD), Twist::ZERO, &Obstacles::default());
+        let decision =
+            supervisor.tick(&facts, Some(FORWARD), Twist::ZERO, &Obstacles::default(), &mut Scratch::default());
         assert_eq!(supervisor.verdict(), verdict);
         assert!(decision.command.is_stop(), "{verdict}");
         // It goes on by itself when the reason ends.
-        supervisor.tick(&FIT, Some(FORWARD), Twist::ZERO, &Obstacles::default());
+        supervisor.tick(&FIT, Some(FORWARD), Twist::ZERO, &Obstacles::default(), &mut Scratch::default());
         assert_eq!(supervisor.verdict(), Verdict::Driving);
     }
 }
@@ -99,7 +100,7 @@ fn an_operators_stop_is_latched_and_the_first_reason_stays() {
     let mut supervisor = supervisor();
     supervisor.handle_stop(StopReason::Operator);
     supervisor.handle_stop(StopReason::Fault("panic"));
-    let decision = supervisor.tick(&FIT, Some(FORWARD), Twist::ZERO, &Obstacles::default());
+    let decision = supervisor.tick(&FIT, Some(FORWARD), Twist::ZERO, &Obstacles::default(), &mut Scratch::default());
     assert!(decision.command.is_stop());
     assert_eq!(supervisor.verdict(), Verdict::Stopped(StopReason::Operator));
 }
@@ -109,10 +110,10 @@ fn a_wall_ahead_blocks_the_way_but_not_a_turn_in_place_or_a_retreat() {
     let place = Place { walls: vec![(Vec2::new(0.5, -5.0), Vec2::new(0.5, 5.0))], discs: vec![] };
     let obstacles = around(&place, Pose::default(), Twist::ZERO);
     let mut supervisor = supervisor();
-    let ahead = supervisor.tick(&FIT, Some(Twist::new(0.3, 0.4)), Twist::ZERO, &obstacles);
+    let ahead = supervisor.tick(&FIT, Some(Twist::new(0.3, 0.4)), Twist::ZERO, &obstacles, &mut Scratch::default());
     assert_eq!(ahead.command.twist_b(), Twist::new(0.0, 0.4));
     assert_eq!((supervisor.verdict(), ahead.changed), (Verdict::Held(Reason::Obstacle), Some(Reason::Obstacle)));
-    let back = supervisor.tick(&FIT, Some(Twist::new(-0.3, 0.0)), Twist::ZERO, &obstacles);
+    let back = supervisor.tick(&FIT, Some(Twist::new(-0.3, 0.0)), Twist::ZERO, &obstacles, &mut Scratch::default());
     assert_eq!((back.command.twist_b(), back.changed), (Twist::new(-0.3, 0.0), None));
 }
 
@@ -121,7 +122,7 @@ fn noise_in_the_measured_speed_does_not_lock_a_robot_at_a_wall() {
     let place = Place { walls: vec![(Vec2::new(0.5, -5.0), Vec2::new(0.5, 5.0))], discs: vec![] };
     let creeping = Twist::new(0.015, 0.0);
     let obstacles = around(&place, Pose::default(), creeping);
-    let decision = supervisor().tick(&FIT, Some(Twist::new(-0.2, 0.3)), creeping, &obstacles);
+    let decision = supervisor().tick(&FIT, Some(Twist::new(-0.2, 0.3)), creeping, &obstacles, &mut Scratch::default());
     assert_eq!(decision.command.twist_b(), Twist::new(-0.2, 0.3));
 }
 
@@ -129,7 +130,7 @@ fn noise_in_the_measured_speed_does_not_lock_a_robot_at_a_wall() {
 fn a_robot_slides_along_a_wall_at_its_margin() {
     let place = Place { walls: vec![(Vec2::new(-20.0, 0.54), Vec2::new(20.0, 0.54))], discs: vec![] };
     let obstacles = around(&place, Pose::default(), FORWARD);
-    let decision = supervisor().tick(&FIT, Some(FORWARD), FORWARD, &obstacles);
+    let decision = supervisor().tick(&FIT, Some(FORWARD), FORWARD, &obstacles, &mut Scratch::default());
     assert_eq!(decision.command.twist_b(), FORWARD);
 }
 
@@ -143,10 +144,10 @@ fn an_unseen_peer_ahead_is_taken_from_its_beacon_and_leaves_half_of_the_gap() {
     assert_eq!(ahead(1.35).planes.len(), 1);
     assert!((ahead(1.35).planes[0].advance_m - 0.15).abs() < 1e-12);
     let mut supervisor = cruising();
-    let decision = supervisor.tick(&FIT, Some(FORWARD), FORWARD, &ahead(1.35));
+    let decision = supervisor.tick(&FIT, Some(FORWARD), FORWARD, &ahead(1.35), &mut Scratch::default());
     assert!(decision.command.twist_b().speed_mps < FORWARD.speed_mps && !decision.command.is_stop());
     assert_eq!(decision.changed, Some(Reason::Peer));
-    supervisor.tick(&FIT, Some(FORWARD), Twist::ZERO, &ahead(1.05));
+    supervisor.tick(&FIT, Some(FORWARD), Twist::ZERO, &ahead(1.05), &mut Scratch::default());
     assert_eq!(supervisor.verdict(), Verdict::Held(Reason::Peer));
 }
 
@@ -157,7 +158,7 @@ fn while_a_peer_is_unheard_what_lies_ahead_is_approached_by_half_of_the_gap() {
     let seen = surroundings(&place.scan(Pose::default(), Stamp::ZERO), &motion, Stamp::ZERO);
     let ask = |unheard| {
         let obstacles = obstacles_of(&seen, &motion, &[], params().keep_m(), unheard);
-        cruising().tick(&FIT, Some(FORWARD), FORWARD, &obstacles).command.twist_b().speed_mps
+        cruising().tick(&FIT, Some(FORWARD), FORWARD, &obstacles, &mut Scratch::default()).command.twist_b().speed_mps
     };
     assert!(ask(true) < ask(false), "{} and {}", ask(true), ask(false));
 }
@@ -169,7 +170,7 @@ fn a_run_of_unknown_beams_ahead_forbids_to_drive_into_it_and_a_single_one_does_n
         let motion = motion(Pose::default(), Twist::ZERO);
         let seen = surroundings(scan, &motion, Stamp::ZERO);
         let obstacles = obstacles_of(&seen, &motion, &[], params().keep_m(), false);
-        supervisor().tick(&FIT, Some(FORWARD), Twist::ZERO, &obstacles).command.twist_b()
+        supervisor().tick(&FIT, Some(FORWARD), Twist::ZERO, &obstacles, &mut Scratch::default()).command.twist_b()
     };
     scan.beams[0] = Beam::Unknown;
     assert_eq!(ask(&scan), FORWARD);
@@ -188,7 +189,9 @@ fn what_a_scan_does_not_cover_is_unknown_and_not_driven_into() {
     let motion = motion(Pose::default(), Twist::ZERO);
     let seen = surroundings(&scan, &motion, Stamp::ZERO);
     let obstacles = obstacles_of(&seen, &motion, &[], params().keep_m(), false);
-    let ask = |twist| supervisor().tick(&FIT, Some(twist), Twist::ZERO, &obstacles).command.twist_b();
+    let ask = |twist| {
+        supervisor().tick(&FIT, Some(twist), Twist::ZERO, &obstacles, &mut Scratch::default()).command.twist_b()
+    };
     assert_eq!(ask(Twist::new(-0.3, 0.0)), Twist::ZERO);
     assert_eq!(ask(FORWARD), FORWARD);
 }
@@ -231,7 +234,8 @@ fn wander(seed: u64, link_ticks: usize, seconds: usize) -> f64 {
         }
         let request = crate::limit::limit(wish, supervisor.before(), &limits(), 0.05);
         let obstacles = around(&place, body.pose_wb, body.twist_b);
-        let command = supervisor.tick(&FIT, Some(request), body.twist_b, &obstacles).command.twist_b();
+        let command =
+            supervisor.tick(&FIT, Some(request), body.twist_b, &obstacles, &mut Scratch::default()).command.twist_b();
         assert!(command.speed_mps.abs() <= request.speed_mps.abs());
         assert!(command.yaw_rate_radps.abs() <= request.yaw_rate_radps.abs());
         pipe.push(command);
@@ -262,7 +266,7 @@ proptest! {
         let place = Place { walls: vec![(Vec2::new(wall, -5.0), Vec2::new(wall, 5.0))], discs: vec![] };
         let is_b = Twist::new(v0, w0);
         let obstacles = around(&place, Pose::default(), is_b);
-        let command = supervisor().tick(&FIT, Some(Twist::new(v, w)), is_b, &obstacles).command.twist_b();
+        let command = supervisor().tick(&FIT, Some(Twist::new(v, w)), is_b, &obstacles, &mut Scratch::default()).command.twist_b();
         prop_assert!(command.speed_mps.abs() <= v.abs() && command.yaw_rate_radps.abs() <= w.abs());
         prop_assert!(command.speed_mps * v >= 0.0 && command.yaw_rate_radps * w >= 0.0);
         let limits = limits();
@@ -274,7 +278,7 @@ proptest! {
     fn a_request_that_is_not_finite_is_a_stop(v in any::<f64>(), w in any::<f64>()) {
         let request = Twist::new(v, w);
         let facts = Conditions { request: RequestFact::of(Ok(request)), ..FIT };
-        let decision = supervisor().tick(&facts, Some(request), Twist::ZERO, &Obstacles::default());
+        let decision = supervisor().tick(&facts, Some(request), Twist::ZERO, &Obstacles::default(), &mut Scratch::default());
         prop_assert!(decision.command.twist_b().is_finite());
         if !request.is_finite() {
             prop_assert!(decision.command.is_stop());

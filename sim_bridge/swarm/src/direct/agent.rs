@@ -2,7 +2,7 @@
 
 use drover_config::RobotFile;
 use drover_contract::{Beacon, Event, Stamp, Twist};
-use drover_core::{Node, Roster, Status};
+use drover_core::{Node, Roster, Status, Workspace};
 use drover_world::{BodyState, IdealDevice, Lidar, Place};
 use std::sync::Arc;
 use std::time::Duration;
@@ -43,7 +43,7 @@ impl Agent {
     }
 
     /// Sense, decide, command: the turn of a real robot's loop, in its order.
-    pub(super) fn turn(&mut self, now: Stamp, around: &mut Around<'_>) {
+    pub(super) fn turn(&mut self, now: Stamp, around: &mut Around<'_>, workspace: &mut Workspace) {
         for beacon in self.heard.drain(..) {
             self.node.handle_beacon(now, &beacon);
         }
@@ -58,7 +58,7 @@ impl Agent {
             if std::mem::take(&mut self.fresh_scan) {
                 self.last_scan_tick = Some(now);
             }
-            let command = self.node.tick(now);
+            let command = self.node.tick_in(now, workspace);
             self.device.command(now, command.twist_b());
         }
         self.beacon = self.node.poll_beacon(now);

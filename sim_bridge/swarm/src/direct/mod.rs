@@ -11,7 +11,7 @@ use crate::trial::Trial;
 use agent::{Agent, Around};
 use drover_config::{RobotFile, Swarm};
 use drover_contract::{Beacon, RobotId, Stamp, Twist};
-use drover_core::{Roster, Status};
+use drover_core::{Roster, Status, Workspace};
 use drover_world::{Arena, BodySpec, Radio, RadioTally};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -78,8 +78,9 @@ impl DirectSwarm {
         let states: Vec<_> = (0..agents.len()).map(|robot| arena.state(robot)).collect();
         let (place, lidars) = arena.eyes();
         let robots = agents.par_iter_mut().zip(lidars.par_iter_mut()).zip(states.par_iter()).enumerate();
-        robots.with_min_len(ROBOTS_PER_JOB).for_each(|(robot, ((agent, lidar), state))| {
-            agent.turn(*now, &mut Around { place, robot, lidar, state });
+        robots.with_min_len(ROBOTS_PER_JOB).for_each_init(Workspace::default, |workspace, (robot, pair)| {
+            let ((agent, lidar), state) = pair;
+            agent.turn(*now, &mut Around { place, robot, lidar, state }, workspace);
         });
     }
 
