@@ -41,6 +41,7 @@ region_m = [[-20.0, -20.0], [20.0, 20.0]]
 kind = "diffuse"
 speed_mps = 0.8
 clearance_m = 1.0
+ahead_rad = 1.5 # under a right angle: beams in opposite directions, both ahead, would be exact ties
 [radio]
 range_m = 10.0
 loss = 0.1

@@ -211,3 +211,39 @@ fn a_map_of_ten_gigabytes_is_refused_before_it_is_read() {
     assert_refused(&sim(&path, &[]), &["big.yaml:6:", "big.pgm", "do:"]);
     assert!(begun.elapsed().as_secs_f64() < 5.0, "it was read");
 }
+
+#[test]
+fn the_quick_benches_print_what_they_measured_and_no_ray_that_differs_without_a_reason() {
+    let bench = |name: &str| {
+        let output = drover().args(["bench", name, "--quick", "--json"]).output().expect("drover runs");
+        assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+        serde_json::from_slice::<Value>(&output.stdout).expect("one document")
+    };
+    let rays = bench("rays");
+    let rows = rays["rows"].as_array().expect("rows");
+    assert!(rows.len() >= 4 && rows.iter().all(|row| row["unexplained"] == 0), "{rays}");
+    let sim = bench("sim");
+    let rows = sim["diffusion"].as_array().expect("rows");
+    assert!(rows.iter().all(|row| row["off_per_s"].as_f64() > Some(0.0) && row["on_per_s"].as_f64() > Some(0.0)));
+    assert!(sim["flocks"][0]["bytes_per_robot"].as_u64() > Some(0) && sim["wire"]["real_time"].as_f64() > Some(0.0));
+}
+
+#[test]
+fn a_batch_that_is_interrupted_says_what_it_has_and_ends_with_130() {
+    let mut child = drover()
+        .args(["sim", "config/swarms/diffuse_1000.toml", "--duration", "3600", "--json"])
+        .current_dir(top())
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("drover runs");
+    // Long enough to have read its files and begun; a run of an hour is not over by then on any machine.
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    let killed = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(killed.expect("kill runs").success());
+    let mut said = String::new();
+    std::io::Read::read_to_string(&mut child.stdout.take().expect("piped"), &mut said).expect("text");
+    assert_eq!(child.wait().expect("it ends").code(), Some(130));
+    let result: Value = serde_json::from_str(&said).expect("one document");
+    assert_eq!((&result["interrupted"], result["runs"].as_array().map(Vec::len)), (&Value::Bool(true), Some(0)));
+}

@@ -34,7 +34,7 @@ const SPEED_MPS: f64 = 0.1;
 impl Diffusion {
     /// What the robots do.
     pub(super) fn law(&self) -> Diffuse {
-        Diffuse { speed_mps: SPEED_MPS, turn_radps: 1.0, clearance_m: self.radius_m + 0.08, ahead_rad: 1.0 }
+        Diffuse { speed_mps: SPEED_MPS, turn_radps: 1.0, clearance_m: self.radius_m + 0.08, ahead_rad: 1.6 }
     }
 
     /// `count` robots at random in a walled square. `noisy`: with slip, range noise, dropout and a lossy radio.

@@ -21,8 +21,8 @@ fn diffuse(table: &mut Table<'_>) -> Option<Diffuse> {
     let turn_radps = table.number("turn_radps", 0.01..=10.0, Some(1.0));
     // Body and margin of the shipped robots, and as much again: the law turns before the supervisor stops.
     let clearance_m = table.number("clearance_m", 0.05..=100.0, Some(1.0));
-    // Nearly 60 degrees to either side: what a body as wide as the clearance would touch, going straight on.
-    let ahead_rad = table.number("ahead_rad", 0.1..=std::f64::consts::PI, Some(1.0));
+    // A little over a right angle: what lies less aside, the supervisor may not let pass, and the robot would freeze.
+    let ahead_rad = table.number("ahead_rad", 0.1..=std::f64::consts::PI, Some(1.6));
     Some(Diffuse { speed_mps: speed_mps?, turn_radps: turn_radps?, clearance_m: clearance_m?, ahead_rad: ahead_rad? })
 }
 

@@ -9,9 +9,11 @@ use crate::peers::{Body, Neighbour, Peers, Roster};
 use crate::sight::{Matches, Surroundings};
 use crate::status::{Counters, Status};
 use crate::supervisor::conditions::{Ages, RequestFact};
-use crate::supervisor::{self, Conditions, GuardParams, Obstacles, Reason, StopReason, Supervisor, Verdict};
+use crate::supervisor::{self, Conditions, GuardParams, Obstacles, Reason, StopReason, Supervisor, Verdict, near_side};
 use drover_config::{Drive, Mount, RobotFile, Timeouts};
-use drover_contract::{Beacon, BehaviourState, DriveState, Event, Limits, Pose, RobotId, SafeCommand, Stamp, Twist};
+use drover_contract::{
+    Beacon, BehaviourState, DriveState, Event, Limits, Pose, RobotId, SafeCommand, Stamp, Twist, Vec2,
+};
 use nalgebra::Isometry2;
 use std::sync::Arc;
 use std::time::Duration;
@@ -58,6 +60,7 @@ pub struct Workspace {
     bodies: Vec<Body>,
     matches: Matches,
     neighbours: Vec<Neighbour>,
+    unseen_b: Vec<Vec2>,
     obstacles: Obstacles,
     scratch: supervisor::Scratch,
 }
@@ -202,8 +205,21 @@ impl Node {
             scene.neighbours.extend(self.peers.followable(now));
         }
         let wall_b = scene.matches.nearest_wall(&scene.seen, self.law.reference_b());
-        let (points_b, neighbours) = (scene.seen.points_b.as_slice(), scene.neighbours.as_slice());
-        let view = View { now, dt_s: beat.dt_s, motion, neighbours, wall_b, points_b, limits: &self.limits };
+        scene.unseen_b.clear();
+        if self.law.minds_unseen() {
+            let places = scene.bodies.iter().zip(&scene.matches.bodies);
+            scene.unseen_b.extend(places.filter_map(|(body, place)| near_side(body, *place, motion.pos_bound_m)));
+        }
+        let view = View {
+            now,
+            dt_s: beat.dt_s,
+            motion,
+            neighbours: &scene.neighbours,
+            wall_b,
+            points_b: &scene.seen.points_b,
+            unseen_b: &scene.unseen_b,
+            limits: &self.limits,
+        };
         match self.law.step(&view) {
             Outcome::Solved(wish) => Ok(limit(wish, self.supervisor.before(), &self.limits, beat.dt_s)),
             Outcome::Stale(why) => Err(why),

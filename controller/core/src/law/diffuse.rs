@@ -1,6 +1,7 @@
 //! Diffusion: straight on, and a turn away from whatever is near.
 //!
-//! **In**: what the scan shows, peers and walls alike (points, body frame, metres). **Out**: a twist in the body frame.
+//! **In**: what the scan shows, peers and walls alike, and the near sides of peers that are heard but not seen (points,
+//! body frame, metres): what the supervisor would not let it drive into. **Out**: a twist in the body frame.
 //!
 //! **Idea**: drive straight on until something lies nearer than `clearance_m` within `ahead_rad` of the heading; then
 //! turn on the spot, away from where the sum of all such things lies, until the way is clear. Many robots that do so
@@ -16,6 +17,9 @@
 
 use drover_config::Diffuse;
 use drover_contract::{Twist, Vec2};
+
+/// A sum of unit vectors no farther aside than this lies straight ahead.
+const TIE: f64 = 1e-9;
 
 /// One step of the law: `points_b` is everything that is seen, body frame, metres.
 #[must_use]
@@ -33,7 +37,8 @@ pub fn diffuse(params: &Diffuse, points_b: impl Iterator<Item = Vec2>) -> Twist 
     if !blocked {
         return Twist::new(params.speed_mps, 0.0);
     }
-    let away = if sum_b.y > 0.0 { -1.0 } else { 1.0 };
+    // Two beams in opposite directions cancel but for rounding, which must not choose a side.
+    let away = if sum_b.y > TIE { -1.0 } else { 1.0 };
     Twist::new(0.0, away * params.turn_radps)
 }
 

@@ -36,6 +36,8 @@ pub(crate) struct View<'a> {
     pub(crate) wall_b: Option<Vec2>,
     /// Everything that the scan shows, peers too, body frame.
     pub(crate) points_b: &'a [Vec2],
+    /// The near sides of peers that are heard and not seen, as far towards us as they may be, body frame.
+    pub(crate) unseen_b: &'a [Vec2],
     pub(crate) limits: &'a Limits,
 }
 
@@ -87,12 +89,22 @@ impl Law {
         }
     }
 
+    /// Whether it steers away from peers that it hears and does not see.
+    pub(crate) fn minds_unseen(&self) -> bool {
+        match self.role {
+            Role::Leader(_) | Role::Follower { .. } => false,
+            Role::Diffuser(_) => true,
+        }
+    }
+
     /// One tick.
     pub(crate) fn step(&mut self, view: &View<'_>) -> Outcome {
         let gap_m = (view.motion.pose_wb.position() - self.goal_w).norm();
         let outcome = match &mut self.role {
             Role::Leader(route) => Outcome::Solved(route.step(view)),
-            Role::Diffuser(params) => Outcome::Solved(diffuse(params, view.points_b.iter().copied())),
+            Role::Diffuser(params) => {
+                Outcome::Solved(diffuse(params, view.points_b.iter().chain(view.unseen_b).copied()))
+            }
             Role::Follower { params, before, arrival } => {
                 let leader = view.neighbours.iter().find(|peer| peer.id == params.leader);
                 arrival.update(view.now, &view.motion, leader, self.goal_w);

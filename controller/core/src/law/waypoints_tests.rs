@@ -8,7 +8,16 @@ const PARAMS: Params = Params { speed_mps: 0.8, radius_m: 0.4, spacing_m: 1.8 };
 fn step(route: &mut Route, pose_wb: Pose, neighbours: &[Neighbour]) -> Twist {
     let limits = limits();
     let motion = Motion { pose_wb, twist_b: Twist::ZERO, accel_mps2: 0.0, pos_bound_m: 0.0 };
-    route.step(&View { now: Stamp::ZERO, dt_s: 0.05, motion, neighbours, wall_b: None, points_b: &[], limits: &limits })
+    route.step(&View {
+        now: Stamp::ZERO,
+        dt_s: 0.05,
+        motion,
+        neighbours,
+        wall_b: None,
+        points_b: &[],
+        unseen_b: &[],
+        limits: &limits,
+    })
 }
 
 fn route(points: &[(f64, f64)]) -> Route {

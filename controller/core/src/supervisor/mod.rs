@@ -16,7 +16,7 @@ mod transition;
 
 pub(crate) use conditions::Conditions;
 pub(crate) use guard::GuardParams;
-pub(crate) use obstacles::{Obstacles, Peers};
+pub(crate) use obstacles::{Obstacles, Peers, near_side};
 
 use drover_contract::{SafeCommand, Twist};
 pub(crate) use guard::Scratch;

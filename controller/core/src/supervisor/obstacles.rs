@@ -85,13 +85,23 @@ fn stranger_plane(hit_b: Vec2, keep_m: f64) -> Option<Plane> {
     Some(plane(hit_b / distance_m, (distance_m - keep_m) / 2.0, Reason::Obstacle))
 }
 
+/// The near side of a peer that is heard and not seen, as large as the bounds on both poses make it, body frame; `None`
+/// if it is seen, or all around us.
+pub(crate) fn near_side(body: &Body, (centre_b, hit_b): (Vec2, Option<Vec2>), own_bound_m: f64) -> Option<Vec2> {
+    let apart_m = centre_b.norm();
+    let towards_b = centre_b.try_normalize(1e-6).filter(|_| hit_b.is_none())?;
+    Some(towards_b * (apart_m - widened_m(body, own_bound_m)).max(1e-3))
+}
+
+/// Radius of a peer's body, and what its place is uncertain by, metres.
+fn widened_m(body: &Body, own_bound_m: f64) -> f64 {
+    body.radius_m + (body.bound_m + own_bound_m).min(BOUND_M_MAX)
+}
+
 fn peer_plane(body: &Body, (centre_b, hit_b): (Vec2, Option<Vec2>), own_bound_m: f64, keep_m: f64) -> Option<Plane> {
     let (towards_b, gap_m) = match hit_b {
         Some(hit_b) => (hit_b, hit_b.norm() - keep_m),
-        None => {
-            let bound_m = (body.bound_m + own_bound_m).min(BOUND_M_MAX);
-            (centre_b, centre_b.norm() - body.radius_m - bound_m - keep_m)
-        }
+        None => (centre_b, centre_b.norm() - widened_m(body, own_bound_m) - keep_m),
     };
     let normal_b = towards_b.try_normalize(1e-6)?;
     Some(plane(normal_b, gap_m / 2.0, Reason::Peer))

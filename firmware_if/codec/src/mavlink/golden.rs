@@ -258,7 +258,8 @@ fn position_and_attitude_become_a_pose_in_the_world_and_a_twist_of_the_body() {
     let [Event::Pose(fix), Event::Odometry(odometry)] = &events[..] else { panic!("{events:?}") };
     assert_eq!((fix.pose_wb.x_m, fix.pose_wb.y_m), (golden.number("y"), golden.number("x")));
     assert!((fix.pose_wb.yaw_rad - (std::f64::consts::FRAC_PI_2 - 0.5)).abs() < 1e-6);
-    let forward = golden.number("vx") * 0.5_f64.cos() + golden.number("vy") * 0.5_f64.sin();
+    let forward =
+        golden.number("vx") * drover_contract::math::cos(0.5) + golden.number("vy") * drover_contract::math::sin(0.5);
     assert!((odometry.twist_b.speed_mps - forward).abs() < 1e-6);
     assert!((odometry.twist_b.yaw_rate_radps - 0.125).abs() < 1e-9);
     assert!(heard(&["position"]).is_empty(), "without an attitude there is no pose");

@@ -46,7 +46,7 @@ mod tests {
     #[test]
     fn driving_backwards_while_heading_south_west_is_a_negative_speed() {
         let yaw_ned = -3.0 * PI / 4.0;
-        let velocity = [-1.5 * yaw_ned.cos(), -1.5 * yaw_ned.sin()];
+        let velocity = [-1.5 * drover_contract::math::cos(yaw_ned), -1.5 * drover_contract::math::sin(yaw_ned)];
         let twist = twist_from_ned(velocity, yaw_ned, 0.25);
         assert!((twist.speed_mps + 1.5).abs() < 1e-12);
         assert!((twist.yaw_rate_radps + 0.25).abs() < 1e-12, "to the right is negative");

@@ -165,7 +165,9 @@ mod tests {
 
     /// Direction and range of the nearest hit, degrees to the left.
     fn nearest(scan: &Scan) -> (f64, f64) {
-        let hits = scan.points_b().map(|(_, point)| (point.y.atan2(point.x).to_degrees(), point.norm()));
+        let hits = scan
+            .points_b()
+            .map(|(_, point)| (drover_contract::math::atan2(point.y, point.x).to_degrees(), point.norm()));
         hits.min_by(|a, b| a.1.total_cmp(&b.1)).expect("a hit")
     }
 

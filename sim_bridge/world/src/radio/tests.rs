@@ -170,7 +170,7 @@ fn half_of_the_messages_are_lost_at_half_range_and_fewer_nearer() {
     let params = Params { range_m: 1e3, propagation: Some(rule), ..params() };
     assert_share(exchange(&params, 20.0, 20_000, 1).lost, 20_000, 0.5);
     // At half the distance, 30 log10(2) = 9.03 dB more.
-    assert_share(exchange(&params, 10.0, 20_000, 1).carried, 20_000, 1.0 / (1.0 + (-9.0309 / 2.0_f64).exp()));
+    assert_share(exchange(&params, 10.0, 20_000, 1).carried, 20_000, 1.0 / (1.0 + libm::exp(-9.0309 / 2.0)));
     assert_eq!(exchange(&params, 0.0, 1000, 1).carried, 1000);
     let lossy = Params { loss: 0.2, ..params };
     assert_share(exchange(&lossy, 20.0, 20_000, 1).carried, 20_000, 0.5 * 0.8);
@@ -188,10 +188,10 @@ fn a_wall_costs_as_much_as_the_distance_that_takes_as_many_decibels() {
         radio.tally().carried
     };
     assert_share(carried(50.0), 20_000, 0.5);
-    assert_share(carried(10.0), 20_000, 1.0 / (1.0 + 2.0_f64.exp()));
-    let wall_as_distance_m = 20.0 * 10.0_f64.powf(6.0 / 20.0);
+    assert_share(carried(10.0), 20_000, 1.0 / (1.0 + libm::exp(2.0)));
+    let wall_as_distance_m = 20.0 * libm::pow(10.0, 6.0 / 20.0);
     let share = propagation::share_received(&rule, wall_as_distance_m, 0, Draws::new(0, Use::Radio));
-    assert!((share - 1.0 / (1.0 + 2.0_f64.exp())).abs() < 1e-12);
+    assert!((share - 1.0 / (1.0 + libm::exp(2.0))).abs() < 1e-12);
 }
 
 #[test]
