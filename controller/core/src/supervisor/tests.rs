@@ -266,7 +266,8 @@ proptest! {
         let place = Place { walls: vec![(Vec2::new(wall, -5.0), Vec2::new(wall, 5.0))], discs: vec![] };
         let is_b = Twist::new(v0, w0);
         let obstacles = around(&place, Pose::default(), is_b);
-        let command = supervisor().tick(&FIT, Some(Twist::new(v, w)), is_b, &obstacles, &mut Scratch::default()).command.twist_b();
+        let scratch = &mut Scratch::default();
+        let command = supervisor().tick(&FIT, Some(Twist::new(v, w)), is_b, &obstacles, scratch).command.twist_b();
         prop_assert!(command.speed_mps.abs() <= v.abs() && command.yaw_rate_radps.abs() <= w.abs());
         prop_assert!(command.speed_mps * v >= 0.0 && command.yaw_rate_radps * w >= 0.0);
         let limits = limits();
@@ -278,7 +279,8 @@ proptest! {
     fn a_request_that_is_not_finite_is_a_stop(v in any::<f64>(), w in any::<f64>()) {
         let request = Twist::new(v, w);
         let facts = Conditions { request: RequestFact::of(Ok(request)), ..FIT };
-        let decision = supervisor().tick(&facts, Some(request), Twist::ZERO, &Obstacles::default(), &mut Scratch::default());
+        let scratch = &mut Scratch::default();
+        let decision = supervisor().tick(&facts, Some(request), Twist::ZERO, &Obstacles::default(), scratch);
         prop_assert!(decision.command.twist_b().is_finite());
         if !request.is_finite() {
             prop_assert!(decision.command.is_stop());
