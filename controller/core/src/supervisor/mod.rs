@@ -167,8 +167,8 @@ impl Supervisor {
         self.before = SafeCommand::STOP;
     }
 
-    /// One tick. `request` is what the law asks for, limited; `is_b` is the measured velocity; `scratch` is lent for its
-    /// memory only.
+    /// One tick. `request` is what the law asks for, limited; `is_b` is the measured velocity; `scratch` is lent for
+    /// its memory only.
     pub(crate) fn tick(
         &mut self,
         facts: &Conditions,
