@@ -9,13 +9,13 @@ mod scenes;
 
 use crate::machine::{Conditions, ProcessUse};
 use crate::peers::{PeerRate, peers};
-use drover_config::{Diffuse, Swarm};
+use drover_config::Swarm;
 use drover_contract::math::sin_cos;
-use drover_contract::{Beam, Stamp, Twist, Vec2};
-use drover_core::diffuse;
+use drover_contract::{Beam, Scan, Stamp, Twist, Vec2};
+use drover_core::Diffusion;
 use drover_swarm::{DirectSwarm, Trial, VirtualSwarm};
 use drover_world::{Arena, BodySpec};
-use scenes::{Diffusion, FOOT_BOT, KHEPERA, TICK_MS};
+use scenes::{FOOT_BOT, KHEPERA, Peers, TICK_MS};
 use serde::Serialize;
 use std::f64::consts::TAU;
 use std::fmt;
@@ -139,15 +139,17 @@ fn diffusion(effort: &Effort) -> Vec<DiffusionRow> {
 }
 
 /// The world and the law alone, on true values.
-fn off(scene: &Diffusion, robots: u32, effort: &Effort) -> f64 {
+fn off(scene: &Peers, robots: u32, effort: &Effort) -> f64 {
     let swarm = scene.swarm(robots, false);
     let mut arena = Arena::new(&swarm.world, &BodySpec::all_of(&swarm), 1);
     let mut demands = vec![Twist::ZERO; robots as usize];
-    let (law, dt_s) = (scene.law(), f64::from(TICK_MS) / 1e3);
+    let mut laws = vec![Diffusion::new(scene.law()); robots as usize];
+    let dt_s = f64::from(TICK_MS) / 1e3;
     let rays = rays(scene.beams);
     let mut tick = || {
-        for (robot, demand) in demands.iter_mut().enumerate() {
-            *demand = sense_and_decide(&mut arena, robot, &law, &rays);
+        for (robot, (demand, law)) in demands.iter_mut().zip(&mut laws).enumerate() {
+            let scan = arena.cast(Stamp::ZERO, robot);
+            *demand = law.step(near(&scan, &rays, scene.law().clearance_m));
         }
         arena.step(dt_s, &demands);
     };
@@ -164,17 +166,15 @@ fn rays(beams: u32) -> Vec<Vec2> {
 }
 
 /// What is farther than the law's clearance means nothing to it: only near beams become points.
-fn sense_and_decide(arena: &mut Arena, robot: usize, law: &Diffuse, rays: &[Vec2]) -> Twist {
-    let scan = arena.cast(Stamp::ZERO, robot);
-    let near = scan.beams.iter().zip(rays).filter_map(|(beam, ray)| match beam {
-        Beam::Hit(range_m) if *range_m < law.clearance_m => Some(ray * *range_m),
+fn near<'a>(scan: &'a Scan, rays: &'a [Vec2], clearance_m: f64) -> impl Iterator<Item = Vec2> + 'a {
+    scan.beams.iter().zip(rays).filter_map(move |(beam, ray)| match beam {
+        Beam::Hit(range_m) if *range_m < clearance_m => Some(ray * *range_m),
         Beam::Hit(_) | Beam::Clear | Beam::Unknown => None,
-    });
-    diffuse(law, near)
+    })
 }
 
 /// Everything that a run on values has.
-fn on(scene: &Diffusion, robots: u32, effort: &Effort) -> f64 {
+fn on(scene: &Peers, robots: u32, effort: &Effort) -> f64 {
     let mut swarm = DirectSwarm::new(&scene.swarm(robots, true));
     rate(f64::from(robots), effort, &mut || swarm.step())
 }

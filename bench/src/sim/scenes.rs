@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 
 /// A peer's robot doing diffusion, and how closely it stands.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Diffusion {
+pub(super) struct Peers {
     pub(super) radius_m: f64,
     pub(super) beams: u32,
     /// From the body's centre.
@@ -21,17 +21,17 @@ pub(super) struct Diffusion {
 }
 
 /// ARGoS' foot-bot: 24 proximity rays of 0.1 m from a body of 8.5 cm, one robot a square metre.
-pub(super) const FOOT_BOT: Diffusion =
-    Diffusion { radius_m: 0.085, beams: 24, range_m: 0.185, robots_per_m2: 1.0, radio_m: 1.0 };
+pub(super) const FOOT_BOT: Peers =
+    Peers { radius_m: 0.085, beams: 24, range_m: 0.185, robots_per_m2: 1.0, radio_m: 1.0 };
 /// ARGoS' Khepera IV: a 360-ray lidar of 10 m, one robot on four square metres.
-pub(super) const KHEPERA: Diffusion =
-    Diffusion { radius_m: 0.0704, beams: 360, range_m: 10.0, robots_per_m2: 0.25, radio_m: 3.0 };
+pub(super) const KHEPERA: Peers =
+    Peers { radius_m: 0.0704, beams: 360, range_m: 10.0, robots_per_m2: 0.25, radio_m: 3.0 };
 
 /// One tick of the peers: sense, decide and move ten times a second.
 pub(super) const TICK_MS: u32 = 100;
 const SPEED_MPS: f64 = 0.1;
 
-impl Diffusion {
+impl Peers {
     /// What the robots do.
     pub(super) fn law(&self) -> Diffuse {
         Diffuse { speed_mps: SPEED_MPS, turn_radps: 1.0, clearance_m: self.radius_m + 0.08, ahead_rad: 1.6 }

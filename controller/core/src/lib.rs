@@ -20,7 +20,7 @@ mod supervisor;
 #[cfg(test)]
 mod testing;
 
-pub use law::diffuse;
+pub use law::Diffusion;
 pub use node::{Node, Workspace};
 pub use peers::Roster;
 pub use status::{Counters, Status};

@@ -180,19 +180,14 @@ impl Node {
     /// The scan of now, and the bodies that are in it or within reach.
     fn look_around(&self, now: Stamp, motion: &Motion, scene: &mut Workspace) {
         let Workspace { seen, bodies, matches, .. } = scene;
-        let sight_m = match &self.mailbox.scan {
-            Some(scan) => {
-                seen.look(scan, &self.mount, motion, now);
-                scan.range_m_max + self.mount.translation.vector.norm()
-            }
-            None => {
-                seen.clear();
-                0.0
-            }
-        };
-        // A peer may use half of the gap: one that limits us within our reach is no farther than twice that.
+        match &self.mailbox.scan {
+            Some(scan) => seen.look(scan, &self.mount, motion, now),
+            None => seen.clear(),
+        }
+        // A peer may use half of the gap: one that limits us within our reach is no farther than twice that. And what
+        // the law takes for a wall must be none of the peers that stand there.
         let reach_m = self.guard.reach_m_max(motion.twist_b);
-        let range_m = sight_m.max(2.0 * reach_m + self.guard.keep_m()) + BODY_SLACK_M;
+        let range_m = self.law.range_m().max(2.0 * reach_m + self.guard.keep_m()) + BODY_SLACK_M;
         bodies.clear();
         bodies.extend(self.peers.bodies(now, motion.pose_wb.position(), range_m + motion.pos_bound_m));
         matches.find(seen, motion, bodies);

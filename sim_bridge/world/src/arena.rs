@@ -17,8 +17,13 @@ use crate::sweep::{SKIN_M, TOUCH_M, first_contact};
 use crate::walls::{Walls, smaller};
 use drover_config::{Kind, Robot, Swarm, World};
 use drover_contract::{Pose, Scan, Stamp, Twist};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
+
+/// Bodies that one thread takes at once: fewer are not worth another thread's waking. What is done to a body side by side
+/// reads the place and writes that body alone.
+const BODIES_PER_JOB: usize = 512;
 
 /// One body to put into the arena.
 #[derive(Clone)]
@@ -66,6 +71,30 @@ pub struct Arena {
     plans: Vec<Plan>,
 }
 
+/// The place and its bodies, to be looked at by many at once.
+#[derive(Clone, Copy)]
+pub struct Eyes<'a> {
+    place: &'a Place,
+    members: &'a [Member],
+}
+
+impl<'a> Eyes<'a> {
+    /// The place as it is.
+    #[must_use]
+    pub fn place(&self) -> &'a Place {
+        self.place
+    }
+
+    /// Body `robot`, as its own sensors could know it.
+    ///
+    /// # Panics
+    /// If there is no such robot.
+    #[must_use]
+    pub fn state(&self, robot: usize) -> BodyState {
+        self.members[robot].state()
+    }
+}
+
 struct Member {
     body: Body,
     in_contact: bool,
@@ -90,8 +119,8 @@ impl Arena {
             contacts: Contacts::default(),
             plans: Vec::new(),
         };
-        for robot in 0..bodies.len() {
-            arena.measure(robot, true);
+        for (robot, member) in arena.members.iter_mut().enumerate() {
+            member.measure(&arena.place, robot, true);
         }
         arena
     }
@@ -106,22 +135,23 @@ impl Arena {
     pub fn step(&mut self, dt_s: f64, demands: &[Twist]) {
         self.plan(dt_s, demands);
         self.contacts.resolve(&self.place, &mut self.plans);
-        let mut way_m_max: f64 = 0.0;
-        for (robot, plan) in self.plans.iter().enumerate() {
+        let way_m_max = self.plans.iter().map(|plan| plan.sweep_m * plan.share).fold(0.0, f64::max);
+        for ((robot, plan), lidar) in self.plans.iter().enumerate().zip(&mut self.lidars) {
             let member = &mut self.members[robot];
             member.body.carry_out(&plan.motion, plan.share);
             member.in_contact = plan.share < 1.0;
             self.place.move_to(robot, member.body.pose_wb());
-            self.lidars[robot].note(member.body.pose_wb());
-            way_m_max = way_m_max.max(plan.sweep_m * plan.share);
+            lidar.note(member.body.pose_wb());
         }
         self.place.sort();
-        for robot in 0..self.members.len() {
-            let way_m = self.plans[robot].sweep_m * self.plans[robot].share;
-            self.members[robot].wall.moved(way_m);
-            self.members[robot].robot.moved(way_m + way_m_max);
-            self.measure(robot, false);
-        }
+        let Self { place, members, plans, .. } = self;
+        let moved = members.par_iter_mut().zip(plans.par_iter()).enumerate();
+        moved.with_min_len(BODIES_PER_JOB).for_each(|(robot, (member, plan))| {
+            let way_m = plan.sweep_m * plan.share;
+            member.wall.moved(way_m);
+            member.robot.moved(way_m + way_m_max);
+            member.measure(place, robot, false);
+        });
     }
 
     /// Body `robot`, as its own sensors could know it.
@@ -130,13 +160,7 @@ impl Arena {
     /// If there is no such robot; so do all functions here that take one.
     #[must_use]
     pub fn state(&self, robot: usize) -> BodyState {
-        let member = &self.members[robot];
-        BodyState {
-            pose_wb: member.body.pose_wb(),
-            twist_b: member.body.twist_b(),
-            wheels: member.body.wheels(),
-            in_contact: member.in_contact,
-        }
+        self.members[robot].state()
     }
 
     /// What body `robot`'s lidar sees now: walls, round obstacles, other bodies.
@@ -146,9 +170,9 @@ impl Arena {
         self.lidars[robot].scan(now, pose_wb, &self.place.seen_by(robot))
     }
 
-    /// The place as it is, and every lidar: what is needed to take all scans side by side.
-    pub fn eyes(&mut self) -> (&Place, &mut [Lidar]) {
-        (&self.place, &mut self.lidars)
+    /// All there is to see, and every lidar: what is needed to take all scans side by side.
+    pub fn eyes(&mut self) -> (Eyes<'_>, &mut [Lidar]) {
+        (Eyes { place: &self.place, members: &self.members }, &mut self.lidars)
     }
 
     /// The place as it is.
@@ -204,40 +228,51 @@ impl Arena {
 
     /// Each body's motion, clipped at the walls.
     fn plan(&mut self, dt_s: f64, demands: &[Twist]) {
-        self.plans.clear();
-        for (robot, member) in self.members.iter_mut().enumerate() {
+        let Self { place, members, plans, .. } = self;
+        let planned = members.par_iter_mut().enumerate().with_min_len(BODIES_PER_JOB).map(|(robot, member)| {
             let motion = member.body.plan(demands.get(robot).copied().unwrap_or(Twist::ZERO), dt_s);
-            let sweep_m = motion.length_m + self.place.turn_m(robot, &motion);
+            let sweep_m = motion.length_m + place.turn_m(robot, &motion);
             let mut plan = Plan { from_wb: member.body.pose_wb(), motion, share: 1.0, sweep_m };
             // What was measured before often says already that no wall can be reached.
             if member.wall.bound_m().is_some_and(|gap_m| gap_m - sweep_m <= SKIN_M) {
-                let gap_at = |share| self.place.wall_gap_m(robot, plan.pose_at(share)).unwrap_or(f64::MAX);
+                let gap_at = |share| place.wall_gap_m(robot, plan.pose_at(share)).unwrap_or(f64::MAX);
                 if let Some(share) = first_contact(sweep_m, gap_at) {
                     plan.share = share;
                 }
             }
-            self.plans.push(plan);
-        }
+            plan
+        });
+        planned.collect_into_vec(plans);
     }
+}
 
+impl Member {
     /// Bring running minima and contacts up to date. Only at first it is asked whether a body is inside of a solid: who
     /// is in free space stays there.
-    fn measure(&mut self, robot: usize, first: bool) {
-        let (place, member) = (&self.place, &mut self.members[robot]);
-        if member.wall.is_due() {
-            let gap_m =
-                if first { place.signed_wall_gap_m(robot) } else { place.wall_gap_m(robot, place.pose_wb(robot)) };
-            member.wall.measured(gap_m);
+    fn measure(&mut self, place: &Place, robot: usize, first: bool) {
+        if self.wall.is_due() {
+            let here_wb = place.pose_wb(robot);
+            let gap_m = if first { place.signed_wall_gap_m(robot) } else { place.wall_gap_m(robot, here_wb) };
+            self.wall.measured(gap_m);
         } else {
-            member.wall.kept();
+            self.wall.kept();
         }
-        if member.robot.is_due() {
-            member.robot.measured(place.nearest_body_m(robot));
+        if self.robot.is_due() {
+            self.robot.measured(place.nearest_body_m(robot));
         } else {
-            member.robot.kept();
+            self.robot.kept();
         }
         let touches = |clearance: &Clearance| clearance.bound_m().is_some_and(|gap_m| gap_m <= TOUCH_M);
-        member.in_contact |= touches(&member.wall) || touches(&member.robot);
+        self.in_contact |= touches(&self.wall) || touches(&self.robot);
+    }
+
+    fn state(&self) -> BodyState {
+        BodyState {
+            pose_wb: self.body.pose_wb(),
+            twist_b: self.body.twist_b(),
+            wheels: self.body.wheels(),
+            in_contact: self.in_contact,
+        }
     }
 }
 

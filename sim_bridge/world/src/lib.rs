@@ -27,7 +27,7 @@ mod station;
 mod sweep;
 mod walls;
 
-pub use arena::{Arena, BodySpec};
+pub use arena::{Arena, BodySpec, Eyes};
 pub use clearance::Clearance;
 pub use fault::Fault;
 pub use firmware::{BodyState, PeerKey};

@@ -11,8 +11,8 @@ mod waypoints;
 use crate::estimate::Motion;
 use crate::peers::Neighbour;
 use arrival::Arrival;
-pub use diffuse::diffuse;
-use drover_config::{Behaviour, Diffuse, Flock};
+pub use diffuse::Diffusion;
+use drover_config::{Behaviour, Flock};
 use drover_contract::{BehaviourState, Limits, RobotId, Stamp, Twist, Vec2};
 use waypoints::Route;
 
@@ -49,27 +49,36 @@ pub(crate) struct Law {
     start_gap_m: Option<f64>,
     progress: f64,
     head_offset_m: f64,
+    range_m: f64,
 }
 
 #[derive(Clone, Debug)]
 enum Role {
     Leader(Route),
     Follower { params: flock::Params, before: Twist, arrival: Arrival },
-    Diffuser(Diffuse),
+    Diffuser(Diffusion),
 }
 
 impl Law {
     /// The law of robot `own` in `behaviour`.
     pub(crate) fn new(own: RobotId, behaviour: &Behaviour) -> Self {
-        let start =
-            |role, goal_w, head_offset_m| Self { role, goal_w, start_gap_m: None, progress: 0.0, head_offset_m };
+        let start = |role, goal_w, (head_offset_m, range_m)| Self {
+            role,
+            goal_w,
+            start_gap_m: None,
+            progress: 0.0,
+            head_offset_m,
+            range_m,
+        };
         match behaviour {
             Behaviour::Flock(flock) => {
                 let role = if RobotId(flock.leader) == own { lead(flock) } else { follow(flock) };
                 let goal_w = flock.waypoints_m.last().map_or_else(Vec2::zeros, |[x, y]| Vec2::new(*x, *y));
-                start(role, goal_w, flock.head_offset_m)
+                start(role, goal_w, (flock.head_offset_m, flock.head_offset_m + flock.obstacle_range_m))
             }
-            Behaviour::Diffuse(params) => start(Role::Diffuser(*params), Vec2::zeros(), 0.0),
+            Behaviour::Diffuse(params) => {
+                start(Role::Diffuser(Diffusion::new(*params)), Vec2::zeros(), (0.0, params.clearance_m))
+            }
         }
     }
 
@@ -89,6 +98,11 @@ impl Law {
         }
     }
 
+    /// What is farther than this from the body's origin is no matter to it, peers to follow apart, metres.
+    pub(crate) fn range_m(&self) -> f64 {
+        self.range_m
+    }
+
     /// Whether it steers away from peers that it hears and does not see.
     pub(crate) fn minds_unseen(&self) -> bool {
         match self.role {
@@ -102,9 +116,7 @@ impl Law {
         let gap_m = (view.motion.pose_wb.position() - self.goal_w).norm();
         let outcome = match &mut self.role {
             Role::Leader(route) => Outcome::Solved(route.step(view)),
-            Role::Diffuser(params) => {
-                Outcome::Solved(diffuse(params, view.points_b.iter().chain(view.unseen_b).copied()))
-            }
+            Role::Diffuser(law) => Outcome::Solved(law.step(view.points_b.iter().chain(view.unseen_b).copied())),
             Role::Follower { params, before, arrival } => {
                 let leader = view.neighbours.iter().find(|peer| peer.id == params.leader);
                 arrival.update(view.now, &view.motion, leader, self.goal_w);

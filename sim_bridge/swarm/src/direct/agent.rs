@@ -16,7 +16,7 @@ const EPOCH: u32 = 1;
 pub(super) struct Agent {
     node: Node,
     device: IdealDevice,
-    heard: Vec<Beacon>,
+    heard: Vec<Arc<Beacon>>,
     beacon: Option<Beacon>,
     fresh_scan: bool,
     last_scan_tick: Option<Stamp>,
@@ -27,7 +27,7 @@ pub(super) struct Around<'a> {
     pub(super) place: &'a Place,
     pub(super) robot: usize,
     pub(super) lidar: &'a mut Lidar,
-    pub(super) state: &'a BodyState,
+    pub(super) state: BodyState,
 }
 
 impl Agent {
@@ -69,8 +69,8 @@ impl Agent {
         self.node.tick_due(now) || (self.fresh_scan && now >= scan_due)
     }
 
-    pub(super) fn hear(&mut self, beacon: &Beacon) {
-        self.heard.push(*beacon);
+    pub(super) fn hear(&mut self, beacon: &Arc<Beacon>) {
+        self.heard.push(Arc::clone(beacon));
     }
 
     pub(super) fn take_beacon(&mut self) -> Option<Beacon> {
@@ -91,6 +91,6 @@ impl Agent {
 
     /// Heap bytes held.
     pub(super) fn bytes(&self) -> usize {
-        self.node.bytes() + self.device.bytes() + self.heard.capacity() * size_of::<Beacon>()
+        self.node.bytes() + self.device.bytes() + self.heard.capacity() * size_of::<Arc<Beacon>>()
     }
 }

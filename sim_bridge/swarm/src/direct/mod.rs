@@ -26,7 +26,8 @@ pub struct DirectSwarm {
     step: Duration,
     arena: Arena,
     agents: Vec<Agent>,
-    radio: Radio<Beacon>,
+    /// A beacon is kept once for all who hear it.
+    radio: Radio<Arc<Beacon>>,
     demands: Vec<Twist>,
 }
 
@@ -74,13 +75,11 @@ impl DirectSwarm {
 
     fn turn_all(&mut self) {
         let Self { arena, agents, now, .. } = self;
-        // States are read before the lidars are lent out.
-        let states: Vec<_> = (0..agents.len()).map(|robot| arena.state(robot)).collect();
-        let (place, lidars) = arena.eyes();
-        let robots = agents.par_iter_mut().zip(lidars.par_iter_mut()).zip(states.par_iter()).enumerate();
-        robots.with_min_len(ROBOTS_PER_JOB).for_each_init(Workspace::default, |workspace, (robot, pair)| {
-            let ((agent, lidar), state) = pair;
-            agent.turn(*now, &mut Around { place, robot, lidar, state }, workspace);
+        let (eyes, lidars) = arena.eyes();
+        let robots = agents.par_iter_mut().zip(lidars.par_iter_mut()).enumerate().with_min_len(ROBOTS_PER_JOB);
+        robots.for_each_init(Workspace::default, |workspace, (robot, (agent, lidar))| {
+            let mut around = Around { place: eyes.place(), robot, lidar, state: eyes.state(robot) };
+            agent.turn(*now, &mut around, workspace);
         });
     }
 
@@ -88,7 +87,7 @@ impl DirectSwarm {
         let Self { arena, agents, radio, now, .. } = self;
         for (robot, agent) in agents.iter_mut().enumerate() {
             if let Some(beacon) = agent.take_beacon() {
-                radio.broadcast(*now, robot, arena.place(), beacon);
+                radio.broadcast(*now, robot, arena.place(), Arc::new(beacon));
             }
         }
         radio.deliver(*now, |to, _, beacon| agents[to].hear(beacon));
