@@ -21,8 +21,8 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Bodies that one thread takes at once: fewer are not worth another thread's waking. What is done to a body side by side
-/// reads the place and writes that body alone.
+/// Bodies that one thread takes at once: fewer are not worth another thread's waking. What is done to a body side by
+/// side reads the place and writes that body alone.
 const BODIES_PER_JOB: usize = 512;
 
 /// One body to put into the arena.
@@ -136,12 +136,14 @@ impl Arena {
         self.plan(dt_s, demands);
         self.contacts.resolve(&self.place, &mut self.plans);
         let way_m_max = self.plans.iter().map(|plan| plan.sweep_m * plan.share).fold(0.0, f64::max);
-        for ((robot, plan), lidar) in self.plans.iter().enumerate().zip(&mut self.lidars) {
-            let member = &mut self.members[robot];
+        let moves = self.members.par_iter_mut().zip(self.plans.par_iter()).zip(self.lidars.par_iter_mut());
+        moves.with_min_len(BODIES_PER_JOB).for_each(|((member, plan), lidar)| {
             member.body.carry_out(&plan.motion, plan.share);
             member.in_contact = plan.share < 1.0;
-            self.place.move_to(robot, member.body.pose_wb());
             lidar.note(member.body.pose_wb());
+        });
+        for (robot, member) in self.members.iter().enumerate() {
+            self.place.move_to(robot, member.body.pose_wb());
         }
         self.place.sort();
         let Self { place, members, plans, .. } = self;

@@ -4,9 +4,9 @@
 //! body frame, metres): what the supervisor would not let it drive into. **Out**: a twist in the body frame.
 //!
 //! **Idea**: drive straight on until something lies nearer than `clearance_m` within `ahead_rad` of the heading; then
-//! turn on the spot, away from where the sum of all such things lies, and on to that side until the way is clear. Many robots that do so
-//! spread over a place. It needs no peer, no map and no pose: the smallest behaviour that uses all of a robot, and the
-//! load that swarm simulators are compared by.
+//! turn on the spot, away from where the sum of all such things lies, and on to that side until the way is clear. Many
+//! robots that do so spread over a place. It needs no peer, no map and no pose: the smallest behaviour that uses all of
+//! a robot, and the load that swarm simulators are compared by.
 //!
 //! **Source**: the controller of ARGoS' `footbot_diffusion` example (C. Pinciroli et al., "ARGoS: a modular, parallel,
 //! multi-engine simulator for multi-robot systems", Swarm Intelligence 6(4), 2012), with points in metres for

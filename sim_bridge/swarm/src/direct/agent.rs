@@ -16,18 +16,17 @@ const EPOCH: u32 = 1;
 pub(super) struct Agent {
     node: Node,
     device: IdealDevice,
-    heard: Vec<Arc<Beacon>>,
-    beacon: Option<Beacon>,
     fresh_scan: bool,
     last_scan_tick: Option<Stamp>,
 }
 
-/// What a robot has around it in one turn.
-pub(super) struct Around<'a> {
+/// What a robot has around it in one turn, and what it hears.
+pub(super) struct Around<'a, H> {
     pub(super) place: &'a Place,
     pub(super) robot: usize,
     pub(super) lidar: &'a mut Lidar,
     pub(super) state: BodyState,
+    pub(super) heard: H,
 }
 
 impl Agent {
@@ -35,20 +34,27 @@ impl Agent {
         Self {
             node: Node::in_swarm(file, Arc::clone(roster), EPOCH, Stamp::ZERO),
             device: IdealDevice::new(&file.kind, file.robot.id, seed, Stamp::ZERO),
-            heard: Vec::new(),
-            beacon: None,
             fresh_scan: false,
             last_scan_tick: None,
         }
     }
 
-    /// Sense, decide, command: the turn of a real robot's loop, in its order.
-    pub(super) fn turn(&mut self, now: Stamp, around: &mut Around<'_>, workspace: &mut Workspace) {
-        for beacon in self.heard.drain(..) {
-            self.node.handle_beacon(now, &beacon);
+    /// Sense, decide, command: the turn of a real robot's loop, in its order. What it tells its peers, if it is time
+    /// to.
+    pub(super) fn turn<'h, H>(
+        &mut self,
+        now: Stamp,
+        around: &mut Around<'_, H>,
+        workspace: &mut Workspace,
+    ) -> Option<Beacon>
+    where
+        H: Iterator<Item = &'h Beacon>,
+    {
+        for beacon in &mut around.heard {
+            self.node.handle_beacon(now, beacon);
         }
         let Self { node, device, fresh_scan, .. } = self;
-        let Around { place, robot, lidar, state } = around;
+        let Around { place, robot, lidar, state, .. } = around;
         let cast = || lidar.scan(now, state.pose_wb, &place.seen_by(*robot));
         device.step(now, state, cast, &mut |event| {
             *fresh_scan |= matches!(event, Event::Scan(_));
@@ -61,20 +67,12 @@ impl Agent {
             let command = self.node.tick_in(now, workspace);
             self.device.command(now, command.twist_b());
         }
-        self.beacon = self.node.poll_beacon(now);
+        self.node.poll_beacon(now)
     }
 
     fn tick_due(&self, now: Stamp) -> bool {
         let scan_due = self.last_scan_tick.map_or(Stamp::ZERO, |last| last + SCAN_TICK_SPACING_MIN);
         self.node.tick_due(now) || (self.fresh_scan && now >= scan_due)
-    }
-
-    pub(super) fn hear(&mut self, beacon: &Arc<Beacon>) {
-        self.heard.push(Arc::clone(beacon));
-    }
-
-    pub(super) fn take_beacon(&mut self) -> Option<Beacon> {
-        self.beacon.take()
     }
 
     pub(super) fn demand(&self) -> Twist {
@@ -91,6 +89,6 @@ impl Agent {
 
     /// Heap bytes held.
     pub(super) fn bytes(&self) -> usize {
-        self.node.bytes() + self.device.bytes() + self.heard.capacity() * size_of::<Arc<Beacon>>()
+        self.node.bytes() + self.device.bytes()
     }
 }

@@ -6,6 +6,7 @@
 //! only what is its own, so the number of threads changes nothing (invariant 9).
 
 mod agent;
+mod inbox;
 
 use crate::trial::Trial;
 use agent::{Agent, Around};
@@ -13,6 +14,7 @@ use drover_config::{RobotFile, Swarm};
 use drover_contract::{Beacon, RobotId, Stamp, Twist};
 use drover_core::{Roster, Status, Workspace};
 use drover_world::{Arena, BodySpec, Radio, RadioTally};
+use inbox::{Inbox, Number};
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::Duration;
@@ -26,9 +28,12 @@ pub struct DirectSwarm {
     step: Duration,
     arena: Arena,
     agents: Vec<Agent>,
-    /// A beacon is kept once for all who hear it.
-    radio: Radio<Arc<Beacon>>,
+    radio: Radio<Number>,
+    inbox: Inbox,
+    /// What each robot asks of its body, and says in this step: lists of their own, to be gone through without touching
+    /// the robots.
     demands: Vec<Twist>,
+    beacons: Vec<Option<Beacon>>,
 }
 
 impl DirectSwarm {
@@ -45,14 +50,17 @@ impl DirectSwarm {
         let roster = Roster::new(swarm.robots.iter().map(|robot| (RobotId(robot.id), radius_m(robot))));
         let roster = Arc::new(roster);
         let files = swarm.robots.iter().map(|robot| change(swarm.file_without_peers(robot)));
+        let step = Duration::from_millis(u64::from(swarm.step_ms.max(1)));
         let ids: Vec<u32> = swarm.robots.iter().map(|robot| robot.id).collect();
         Self {
             now: Stamp::ZERO,
-            step: Duration::from_millis(u64::from(swarm.step_ms.max(1))),
+            step,
             arena: Arena::new(&swarm.world, &BodySpec::all_of(swarm), swarm.seed),
             agents: files.map(|file| Agent::new(&file, &roster, swarm.seed)).collect(),
             radio: Radio::new(&swarm.radio, &ids, swarm.seed),
+            inbox: Inbox::new(&swarm.radio, step),
             demands: vec![Twist::ZERO; swarm.robots.len()],
+            beacons: vec![None; swarm.robots.len()],
         }
     }
 
@@ -74,23 +82,29 @@ impl DirectSwarm {
     }
 
     fn turn_all(&mut self) {
-        let Self { arena, agents, now, .. } = self;
+        let Self { arena, agents, inbox, demands, beacons, now, .. } = self;
         let (eyes, lidars) = arena.eyes();
-        let robots = agents.par_iter_mut().zip(lidars.par_iter_mut()).enumerate().with_min_len(ROBOTS_PER_JOB);
-        robots.for_each_init(Workspace::default, |workspace, (robot, (agent, lidar))| {
-            let mut around = Around { place: eyes.place(), robot, lidar, state: eyes.state(robot) };
-            agent.turn(*now, &mut around, workspace);
+        let robots =
+            agents.par_iter_mut().zip(lidars.par_iter_mut()).zip(demands.par_iter_mut().zip(beacons.par_iter_mut()));
+        let robots = robots.enumerate().with_min_len(ROBOTS_PER_JOB);
+        robots.for_each_init(Workspace::default, |workspace, (robot, ((agent, lidar), (demand, beacon)))| {
+            let state = eyes.state(robot);
+            let mut around = Around { place: eyes.place(), robot, lidar, state, heard: inbox.of(robot) };
+            *beacon = agent.turn(*now, &mut around, workspace);
+            *demand = agent.demand();
         });
     }
 
     fn carry_beacons(&mut self) {
-        let Self { arena, agents, radio, now, .. } = self;
-        for (robot, agent) in agents.iter_mut().enumerate() {
-            if let Some(beacon) = agent.take_beacon() {
-                radio.broadcast(*now, robot, arena.place(), Arc::new(beacon));
+        let Self { arena, beacons, radio, inbox, now, .. } = self;
+        for (robot, beacon) in beacons.iter_mut().enumerate() {
+            if let Some(beacon) = beacon.take() {
+                radio.broadcast(*now, robot, arena.place(), inbox.say(beacon));
             }
         }
-        radio.deliver(*now, |to, _, beacon| agents[to].hear(beacon));
+        inbox.clear(*now);
+        radio.deliver(*now, |to, _, number| inbox.put(to, *number));
+        inbox.sort(beacons.len());
     }
 }
 
@@ -101,9 +115,6 @@ impl Trial for DirectSwarm {
 
     fn step(&mut self) {
         self.now = self.now + self.step;
-        for (demand, agent) in self.demands.iter_mut().zip(&self.agents) {
-            *demand = agent.demand();
-        }
         self.arena.step(self.step.as_secs_f64(), &self.demands);
         self.turn_all();
         self.carry_beacons();
@@ -127,6 +138,6 @@ impl Trial for DirectSwarm {
 
     fn bytes(&self) -> usize {
         let agents: usize = self.agents.iter().map(|agent| size_of::<Agent>() + agent.bytes()).sum();
-        agents + self.arena.bytes().0 + self.radio.bytes()
+        agents + self.arena.bytes().0 + self.radio.bytes() + self.inbox.bytes()
     }
 }
