@@ -2,6 +2,9 @@
 
 mod command;
 mod exit;
+mod meter;
+#[cfg(feature = "view")]
+mod onlook;
 #[cfg(feature = "sim")]
 mod table;
 #[cfg(feature = "sim")]
@@ -28,6 +31,17 @@ enum Command {
     /// Run a swarm in virtual time, as fast as it goes: one run or a batch over seeds
     #[cfg(feature = "sim")]
     Sim(command::sim::Arguments),
+    /// Show a recording in the live view, or check it against today's code
+    #[cfg(feature = "view")]
+    Replay(command::replay::Arguments),
+    /// Draw pictures of a recorded run
+    #[cfg(feature = "view")]
+    Plot(command::plot::Arguments),
+    /// Make one page of a recorded run: summary and pictures
+    #[cfg(feature = "view")]
+    Report(command::report::Arguments),
+    /// Write what a recording holds in the formats of other tools: candump, tlog, CSV
+    Export(command::export::Arguments),
     /// Drive one robot, on its own computer
     Run(command::run::Arguments),
     /// Say everything that is wrong in configuration files
@@ -51,6 +65,13 @@ fn main() -> ExitCode {
         Command::Up(up) => command::up::execute(&up),
         #[cfg(feature = "sim")]
         Command::Sim(sim) => command::sim::execute(&sim),
+        #[cfg(feature = "view")]
+        Command::Replay(replay) => command::replay::execute(&replay),
+        #[cfg(feature = "view")]
+        Command::Plot(plot) => command::plot::execute(&plot),
+        #[cfg(feature = "view")]
+        Command::Report(report) => command::report::execute(&report),
+        Command::Export(export) => command::export::execute(&export),
         Command::Run(run) => command::run::execute(&run),
         Command::Check(check) => command::check::execute(&check),
         Command::Stop(stop) => command::stop::execute(&stop),

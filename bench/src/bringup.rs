@@ -72,7 +72,7 @@ pub async fn bringup(swarm: &Swarm, watch_s: f64) -> anyhow::Result<BringupResul
         }
     };
     let interrupt = async { drop(is_done.await) };
-    let options = UpOptions { processes: None, record: false, on_view };
+    let options = UpOptions { processes: None, record: false, on_view, onlooker: None };
     let summary = up(swarm, options, interrupt).await?;
     let prearm_s = swarm.kinds.values().map(|kind| kind.sim.prearm_s).fold(0.0, f64::max);
     let robots = swarm.robots.len();

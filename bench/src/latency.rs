@@ -11,7 +11,7 @@ use anyhow::Context;
 use drover_config::Swarm;
 use drover_contract::Clock;
 use drover_io::{OsClock, UdpServer, memory_link};
-use drover_robot::{Assembly, Guard, Hardware, Shutdown, StopReason, assemble, drive};
+use drover_robot::{Assembly, Guard, Hardware, Shutdown, StopReason, Teller, assemble, drive};
 use drover_world::{Packet, PeerKey, Plant, Port};
 use serde::Serialize;
 use std::fmt;
@@ -67,10 +67,11 @@ pub async fn latency(swarm: &Swarm, settle_s: f64, measure_s: f64) -> anyhow::Re
         let hardware = Hardware::open(&drover_config::Links::Mavlink { autopilot: near })?;
         // Nobody carries beacons here: what is measured is one robot's own path.
         let (beacons, _) = memory_link(8);
-        let assembly = Assembly { file, hardware, beacons: Box::new(beacons), epoch: 1, recorder: None };
-        let opened = assemble(assembly, &clock)?;
+        let assembly = Assembly { file, hardware, beacons: Box::new(beacons), epoch: 1, recording: None };
+        let opened = assemble(assembly, clock.now())?;
         let heart = guard.add(robot.id, opened.hang_limit, opened.stop);
-        tokio::spawn(drive(opened.robot, clock, heart, end_seen.clone(), |_| {}));
+        let teller = Teller { period: Duration::from_secs(1), tell: |_| {} };
+        tokio::spawn(drive(opened.robot, clock, heart, end_seen.clone(), teller));
         let (out, outputs) = mpsc::channel(64);
         let port =
             PortTask { robot: index, server, outputs, arrivals: arrivals_in.clone(), peer: None, scan_sent: None };

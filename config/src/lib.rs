@@ -35,7 +35,7 @@ mod tests;
 
 pub use behaviour::{Behaviour, Diffuse, Flock};
 pub use kind::{AgilexModel, Body, Drive, Kind, Lidar, LidarLink, Motion, Mount, Sim, SimMotion, Timeouts};
-pub use load::{Checked, check_file, check_file_with, load_kind, load_robot, load_swarm, load_world};
+pub use load::{Checked, check_file, check_file_with, load_kind, load_robot, load_swarm, load_world, robot_from_text};
 pub use overrides::Override;
 pub use plane::{Airtime, BeaconPlane, Burst, Partition, Propagation, Radio};
 pub use problem::{Problem, Problems};

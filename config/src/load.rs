@@ -11,7 +11,8 @@ use crate::read::swarm::{self, SEED, SwarmParts};
 use crate::read::{kind, world};
 use crate::reader::read_table;
 use crate::report::{Report, Words};
-use crate::tree::{Node, Value};
+use crate::source::Source;
+use crate::tree::{Node, Value, parse_document};
 use crate::walls::Walls;
 use crate::{Behaviour, Kind, RobotFile, Swarm, World};
 use std::collections::{BTreeMap, BTreeSet};
@@ -31,6 +32,18 @@ pub fn load_swarm(path: &Path, overrides: &[Override]) -> Result<Swarm, Problems
 /// [`Problems`]: everything that is wrong, at once.
 pub fn load_robot(path: &Path, overrides: &[Override]) -> Result<RobotFile, Problems> {
     load(path, overrides, read_robot_file)
+}
+
+/// Reads the same from `text`, which problems call `name`: a robot's file as a recording holds it.
+///
+/// # Errors
+/// [`Problems`]: everything that is wrong, at once.
+pub fn robot_from_text(text: &str, name: &str) -> Result<RobotFile, Problems> {
+    let mut report = Report::default();
+    let source = report.add(Source::file(Path::new(name), text.to_owned()));
+    let root = parse_document(&mut report, source);
+    let value = read_robot_file(&mut report, root, &[]);
+    report.finish(value)
 }
 
 /// Reads a robot kind.

@@ -3,6 +3,13 @@
 #[cfg(feature = "sim")]
 pub(crate) mod bench;
 pub(crate) mod check;
+pub(crate) mod export;
+#[cfg(feature = "view")]
+pub(crate) mod plot;
+#[cfg(feature = "view")]
+pub(crate) mod replay;
+#[cfg(feature = "view")]
+pub(crate) mod report;
 pub(crate) mod run;
 #[cfg(feature = "sim")]
 pub(crate) mod sim;

@@ -2,11 +2,12 @@
 
 use crate::command::{asked_to_end, overrides, refuse};
 use crate::exit::Exit;
+use crate::meter;
 use crate::table::print_batch;
 use anyhow::anyhow;
 use drover_config::{Override, Problems, Swarm, load_swarm};
 use drover_swarm::{Batch, BatchResult, Fidelity, Progress};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -189,11 +190,7 @@ struct Meter {
 impl Meter {
     fn new(runs: usize, duration_s: f64) -> Self {
         let milliseconds = duration_s * 1e3 * runs as f64;
-        let bar = ProgressBar::with_draw_target(Some(milliseconds as u64), ProgressDrawTarget::stderr());
-        let form = "[{bar:30}] {percent:>3} %  {msg}  {eta} left";
-        bar.set_style(
-            ProgressStyle::with_template(form).unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("#."),
-        );
+        let bar = meter::bar(milliseconds as u64);
         Self { bar, runs, so_far: Mutex::default(), begun: Instant::now() }
     }
 

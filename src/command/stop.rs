@@ -2,17 +2,10 @@
 
 use crate::command::{overrides, refuse};
 use crate::exit::Exit;
-use drover_codec::beacon::{encode_stop, swarm_hash};
 use drover_config::{BeaconPlane, Checked, check_file_with};
-use drover_contract::{Link, RobotId};
-use drover_io::BeaconSocket;
+use drover_contract::RobotId;
+use drover_robot::send_stop;
 use std::path::PathBuf;
-use std::time::Duration;
-
-/// A stop is sent this often, in case some are lost.
-const REPEATS: u8 = 20;
-/// Between two of them.
-const SPACING: Duration = Duration::from_millis(50);
 
 /// Arguments of `drover stop`.
 #[derive(clap::Args)]
@@ -59,12 +52,5 @@ fn whom(robot: Option<u32>) -> String {
 
 fn send(swarm: &str, plane: &BeaconPlane, robot: Option<RobotId>) -> anyhow::Result<()> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-    runtime.block_on(async {
-        let mut socket = BeaconSocket::open(&plane.group, plane.port, &plane.interface)?;
-        for seq in 0..REPEATS {
-            socket.send(&encode_stop(swarm_hash(swarm), robot, seq))?;
-            tokio::time::sleep(SPACING).await;
-        }
-        Ok(())
-    })
+    Ok(runtime.block_on(send_stop(swarm, plane, robot))?)
 }

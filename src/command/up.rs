@@ -2,9 +2,10 @@
 
 use crate::command::{asked_to_end, overrides, refuse};
 use crate::exit::Exit;
+use crate::onlook::{View, ViewArguments};
 use crate::view::{LiveView, print_summary};
 use drover_config::{Override, Swarm, load_swarm};
-use drover_swarm::{Summary, UpOptions, up};
+use drover_swarm::{RESTARTED, STOPPED, Summary, UpOptions, up};
 use std::path::PathBuf;
 
 /// Arguments of `drover up`.
@@ -30,6 +31,11 @@ pub(crate) struct Arguments {
     /// Record nothing
     #[arg(long)]
     no_record: bool,
+    /// Serve no live page
+    #[arg(long, conflicts_with = "view")]
+    no_view: bool,
+    #[command(flatten)]
+    view: ViewArguments,
 }
 
 pub(crate) fn execute(arguments: &Arguments) -> Exit {
@@ -69,23 +75,34 @@ fn read(arguments: &Arguments) -> Result<Swarm, Exit> {
 
 fn run(swarm: &Swarm, arguments: &Arguments) -> anyhow::Result<Summary> {
     let processes = if arguments.processes { Some(std::env::current_exe()?) } else { None };
-    let mut live = LiveView::new(swarm);
-    let options = UpOptions {
-        processes,
-        record: !arguments.no_record,
-        on_view: |time_s, tallies: &[_]| live.show(time_s, tallies),
-    };
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
-    let summary = runtime.block_on(up(swarm, options, asked_to_end()));
-    live.end();
-    Ok(summary?)
+    runtime.block_on(async {
+        let mut view = View::start(&arguments.view, !arguments.no_view).await?;
+        view.announce();
+        loop {
+            let mut live = LiveView::new(swarm);
+            let options = UpOptions {
+                processes: processes.clone(),
+                record: !arguments.no_record,
+                on_view: |time_s, tallies: &[_]| live.show(time_s, tallies),
+                onlooker: Some(&mut view),
+            };
+            let summary = up(swarm, options, asked_to_end()).await;
+            live.end();
+            let summary = summary?;
+            if summary.ended != RESTARTED {
+                return Ok(summary);
+            }
+            eprintln!("begun anew from the live view");
+        }
+    })
 }
 
 fn conclude(summary: &Summary) -> Exit {
     let contact = [summary.min_gap_robot_m, summary.min_gap_wall_m].into_iter().flatten().any(|gap_m| gap_m <= 0.0);
     if contact || summary.aged_commands > 0 || !summary.stopped {
         Exit::Unsafe
-    } else if summary.ended == "interrupted" {
+    } else if summary.ended == "interrupted" || summary.ended == STOPPED {
         Exit::Interrupted
     } else if summary.reached {
         Exit::Reached

@@ -17,7 +17,7 @@ const TABLE_HEAD: &str = "\
 ";
 
 fn run(swarm: &Swarm, fidelity: Fidelity) -> TrialResult {
-    let mut trial = trial_of(swarm, fidelity, false).expect("links fit their kinds");
+    let mut trial = trial_of(swarm, fidelity, None).expect("links fit their kinds");
     run_trial(swarm, trial.as_mut(), &mut |_: &dyn drover_swarm::Trial| true).expect("nobody ends it")
 }
 

@@ -3,9 +3,9 @@
 use crate::common::{Place, first_swarm};
 use drover_bridge::NearSide;
 use drover_config::Links;
-use drover_contract::{Link, LinkError};
+use drover_contract::{Clock, Link, LinkError};
 use drover_io::{OsClock, memory_link};
-use drover_robot::{Assembly, Guard, Hardware, Report, Shutdown, assemble, drive};
+use drover_robot::{Assembly, Guard, Hardware, Report, Shutdown, Teller, assemble, drive};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::task::{Context, Poll};
@@ -67,13 +67,14 @@ fn under_way() -> Trapped {
     let (beacons, _) = memory_link(8);
     let file = place.swarm().robot_file(1).expect("robot 1");
     let hardware = Hardware::Mavlink { link, stop };
-    let assembly = Assembly { file, hardware, beacons: Box::new(beacons), epoch: 1, recorder: None };
+    let assembly = Assembly { file, hardware, beacons: Box::new(beacons), epoch: 1, recording: None };
     let clock = OsClock::new();
-    let robot = assemble(assembly, &clock).expect("it fits");
+    let robot = assemble(assembly, clock.now()).expect("it fits");
     let guard = Guard::start().expect("a thread");
     let heart = guard.add(1, robot.hang_limit, robot.stop);
     let (end, end_seen) = watch::channel(None);
-    let report = runtime.spawn(drive(robot.robot, clock, heart, end_seen, |_| {}));
+    let teller = Teller { period: Duration::from_secs(1), tell: |_| {} };
+    let report = runtime.spawn(drive(robot.robot, clock, heart, end_seen, teller));
     place.wait("the leader drives", 30.0, |place| place.speed_mps(0) > 0.3);
     Trapped { place, trigger, report, runtime, _guard: guard, _end: end }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::process::Command;
 
 /// Who may use whom. The same table stands in docs/ARCHITECTURE.md.
-const MAY_USE: [(&str, &[&str]); 11] = [
+const MAY_USE: [(&str, &[&str]); 15] = [
     ("drover-config", &[]),
     ("drover-contract", &[]),
     ("drover-codec", &["drover-contract"]),
@@ -15,6 +15,13 @@ const MAY_USE: [(&str, &[&str]); 11] = [
     ("drover-robot", &["drover-codec", "drover-config", "drover-contract", "drover-core", "drover-io"]),
     ("drover-bridge", &["drover-config", "drover-contract", "drover-io", "drover-world"]),
     (
+        "drover-record",
+        &["drover-codec", "drover-config", "drover-contract", "drover-core", "drover-io", "drover-robot"],
+    ),
+    ("drover-live", &["drover-io", "drover-record"]),
+    ("drover-foxglove", &["drover-contract", "drover-record"]),
+    ("drover-picture", &["drover-record"]),
+    (
         "drover-swarm",
         &[
             "drover-bridge",
@@ -22,6 +29,7 @@ const MAY_USE: [(&str, &[&str]); 11] = [
             "drover-contract",
             "drover-core",
             "drover-io",
+            "drover-record",
             "drover-robot",
             "drover-world",
         ],
@@ -47,7 +55,11 @@ const MAY_USE: [(&str, &[&str]); 11] = [
             "drover-config",
             "drover-contract",
             "drover-core",
+            "drover-foxglove",
             "drover-io",
+            "drover-live",
+            "drover-picture",
+            "drover-record",
             "drover-robot",
             "drover-swarm",
         ],

@@ -30,7 +30,7 @@ pub(crate) fn top() -> &'static Path {
 
 /// Every Rust file of the project.
 pub(crate) fn all_sources() -> Vec<Source> {
-    const ROOTS: [&str; 7] = ["src", "config", "firmware_if", "controller", "sim_bridge", "bench", "tests"];
+    const ROOTS: [&str; 8] = ["src", "config", "firmware_if", "controller", "sim_bridge", "observe", "bench", "tests"];
     let mut files = Vec::new();
     ROOTS.iter().for_each(|root| collect(&top().join(root), &mut files));
     files.sort();

@@ -23,5 +23,5 @@ mod testing;
 pub use law::Diffusion;
 pub use node::{Node, Workspace};
 pub use peers::Roster;
-pub use status::{Counters, Status};
+pub use status::{Counters, HeardPeer, Status};
 pub use supervisor::{Reason, StopReason, Verdict};

@@ -7,12 +7,12 @@ use crate::limit::limit;
 use crate::mailbox::Mailbox;
 use crate::peers::{Body, Neighbour, Peers, Roster};
 use crate::sight::{Matches, Surroundings};
-use crate::status::{Counters, Status};
+use crate::status::{Counters, HeardPeer, Status};
 use crate::supervisor::conditions::{Ages, RequestFact};
 use crate::supervisor::{self, Conditions, GuardParams, Obstacles, Reason, StopReason, Supervisor, Verdict, near_side};
 use drover_config::{Drive, Mount, RobotFile, Timeouts};
 use drover_contract::{
-    Beacon, BehaviourState, DriveState, Event, Limits, Pose, RobotId, SafeCommand, Stamp, Twist, Vec2,
+    Beacon, BehaviourState, DriveState, Event, Limits, Pose, RobotId, SafeCommand, Scan, Stamp, Twist, Vec2,
 };
 use nalgebra::Isometry2;
 use std::sync::Arc;
@@ -129,7 +129,9 @@ impl Node {
         self.status.stamp = now;
         self.status.verdict = self.supervisor.verdict();
         self.status.state = BehaviourState::Stopped;
+        self.status.request = None;
         self.status.command = SafeCommand::STOP;
+        self.status.changed = None;
     }
 
     /// One tick: the whole way from what is known to the command to send now.
@@ -154,6 +156,8 @@ impl Node {
         obstacles.fill(seen, &peers, self.guard.keep_m(), self.guard.reach_m_max(motion.twist_b));
         let decision = self.supervisor.tick(&facts, request.ok(), motion.twist_b, obstacles, scratch);
         self.status.nearest_m = seen.nearest_m;
+        self.status.request = request.ok();
+        self.status.changed = decision.changed.as_ref().map(Reason::label);
         if decision.command.is_stop() {
             // After a stop the law starts anew: nothing of the motion before is carried into the next command.
             self.law.halt();
@@ -247,6 +251,7 @@ impl Node {
         status.scan_age = ages.scan;
         status.odometry_age = ages.odometry;
         status.progress = self.law.progress();
+        status.target_w = self.law.target_w();
         status.path_m = self.estimate.travelled_m();
         status.peers_heard = self.peers.heard(now);
         status.battery = self.mailbox.battery;
@@ -281,6 +286,17 @@ impl Node {
     #[must_use]
     pub fn status(&self) -> &Status {
         &self.status
+    }
+
+    /// The newest scan.
+    #[must_use]
+    pub fn scan(&self) -> Option<&Scan> {
+        self.mailbox.scan.as_ref()
+    }
+
+    /// The peers heard within their timeout, sorted by id.
+    pub fn heard(&self, now: Stamp) -> impl Iterator<Item = HeardPeer> + '_ {
+        self.peers.ages(now).map(|(id, age)| HeardPeer { id, age, kept: self.law.relies_on(id) })
     }
 
     /// Heap bytes held for the newest scan and the peers; what a tick works on is lent.
@@ -336,7 +352,10 @@ fn first_status(now: Stamp, start_wb: Pose) -> Status {
         pose_wb: start_wb,
         pos_bound_m: 0.0,
         twist_b: Twist::ZERO,
+        request: None,
         command: SafeCommand::STOP,
+        changed: None,
+        target_w: None,
         nearest_m: None,
         scan_age: None,
         odometry_age: None,

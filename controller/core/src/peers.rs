@@ -190,6 +190,13 @@ impl Peers {
         self.roster.radius_m.get(&id).copied().unwrap_or(0.0)
     }
 
+    /// Who was heard within the timeout, and how long ago, sorted by id.
+    pub(crate) fn ages(&self, now: Stamp) -> impl Iterator<Item = (RobotId, Duration)> + '_ {
+        let aged = self.table.iter().map(move |record| (record.beacon.robot, record.age_us(now)));
+        let fresh = aged.filter(|(_, age_us)| *age_us <= self.timeout_us);
+        fresh.map(|(id, age_us)| (id, Duration::from_micros(age_us)))
+    }
+
     /// How many peers were heard within the timeout.
     pub(crate) fn heard(&self, now: Stamp) -> usize {
         self.table.iter().filter(|record| record.age_us(now) <= self.timeout_us).count()

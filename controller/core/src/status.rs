@@ -1,7 +1,7 @@
 //! What a robot says of itself: for the terminal, the recording and the summary.
 
 use crate::supervisor::Verdict;
-use drover_contract::{Battery, BehaviourState, DriveState, Pose, SafeCommand, Severity, Stamp, Twist};
+use drover_contract::{Battery, BehaviourState, DriveState, Pose, RobotId, SafeCommand, Severity, Stamp, Twist, Vec2};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -22,8 +22,14 @@ pub struct Status {
     pub pos_bound_m: f64,
     /// The measured velocity, body frame.
     pub twist_b: Twist,
+    /// What the law asked for in the last tick, limited, body frame; `None` if it asked for nothing.
+    pub request: Option<Twist>,
     /// The command of the last tick.
     pub command: SafeCommand,
+    /// Why that command is not what was asked for, as the counters name it; `None` if it is.
+    pub changed: Option<&'static str>,
+    /// Where the law is heading for, world frame, metres; `None` for a law without a place to go.
+    pub target_w: Option<Vec2>,
     /// The nearest hit of the newest scan, metres from the body's origin, peers included.
     pub nearest_m: Option<f64>,
     /// Age of the newest scan.
@@ -44,6 +50,17 @@ pub struct Status {
     pub text: Option<(Severity, String)>,
     /// What has been counted since the start.
     pub counters: Counters,
+}
+
+/// A peer that is heard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HeardPeer {
+    /// Whom.
+    pub id: RobotId,
+    /// How old its newest beacon is.
+    pub age: Duration,
+    /// Whether the law relies on it: without that peer this robot would hold.
+    pub kept: bool,
 }
 
 /// What has been counted since the start.

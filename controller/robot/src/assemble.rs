@@ -4,12 +4,13 @@ use crate::adapter::Adapter;
 use crate::guard::StopAction;
 use crate::params::{KindParams, kind_params, misfit};
 use crate::robot_loop::{LoopParts, RobotLoop};
+use crate::witness::Recording;
 use drover_codec::can::agilex::AgilexHost;
 use drover_codec::can::dronecan::DronecanLidarHost;
 use drover_codec::mavlink::MavHost;
 use drover_config::{Links, RobotFile};
-use drover_contract::{CanBus, Clock, Link, Stamp};
-use drover_io::{CanLink, OpenError, Recorder, UdpLink, open_can};
+use drover_contract::{CanBus, Link, Stamp};
+use drover_io::{CanLink, OpenError, Tape, TapePort, UdpLink, open_can};
 use std::time::Duration;
 
 /// A loop that has not turned for this many ticks hangs.
@@ -59,7 +60,7 @@ impl Hardware {
 }
 
 /// What a robot's loop is assembled from.
-pub struct Assembly<'a> {
+pub struct Assembly {
     /// Who it drives and how.
     pub file: RobotFile,
     /// The links to its firmware.
@@ -68,8 +69,8 @@ pub struct Assembly<'a> {
     pub beacons: Box<dyn Link>,
     /// Which life of this robot: greater after every restart.
     pub epoch: u32,
-    /// What records its links; none: nothing is recorded.
-    pub recorder: Option<&'a Recorder>,
+    /// What records it; none: nothing is recorded.
+    pub recording: Option<Recording>,
 }
 
 /// A loop, and what the guard needs to stop its robot from outside.
@@ -85,42 +86,35 @@ pub struct Assembled {
 /// Assemble a loop that begins now.
 ///
 /// # Errors
-/// [`OpenError`] if a recording cannot be made, or the hardware does not fit the robot's kind.
-pub fn assemble<C>(assembly: Assembly<'_>, clock: &C) -> Result<Assembled, OpenError>
-where
-    C: Clock + Clone + Send + Sync + 'static,
-{
-    let now = clock.now();
-    let tick = Duration::from_millis(u64::from(assembly.file.kind.timeouts.tick_ms));
-    let recording = Recording { recorder: assembly.recorder, clock, id: assembly.file.robot.id };
-    let (adapter, stop) = equip(&assembly.file, assembly.hardware, &recording, now)?;
-    let parts = LoopParts { file: assembly.file, adapter, beacons: assembly.beacons, epoch: assembly.epoch };
+/// [`OpenError`] if the hardware does not fit the robot's kind.
+pub fn assemble(assembly: Assembly, now: Stamp) -> Result<Assembled, OpenError> {
+    let Assembly { file, hardware, beacons, epoch, recording } = assembly;
+    let tick = Duration::from_millis(u64::from(file.kind.timeouts.tick_ms));
+    let tape = recording.as_ref().map(|recording| recording.tape.clone());
+    let (adapter, stop) = equip(&file, hardware, tape.as_ref(), now)?;
+    let beacons = taped_link(tape.as_ref(), TapePort::Beacons, beacons);
+    let parts = LoopParts { file, adapter, beacons, epoch, recording };
     Ok(Assembled { robot: RobotLoop::new(parts, now), stop, hang_limit: tick * HANG_TICKS })
 }
 
-/// Wraps links into recorders, if there is one.
-struct Recording<'a, C> {
-    recorder: Option<&'a Recorder>,
-    clock: &'a C,
-    id: u32,
-}
-
-impl<C: Clock + Clone + Send + Sync + 'static> Recording<'_, C> {
-    fn link(&self, link: Box<dyn Link>) -> Result<Box<dyn Link>, OpenError> {
-        let Some(recorder) = self.recorder else { return Ok(link) };
-        Ok(Box::new(recorder.link(&format!("robot-{}", self.id), link, self.clock.clone())?))
-    }
-
-    fn bus(&self, bus: Box<dyn CanBus>, which: &str) -> Result<Box<dyn CanBus>, OpenError> {
-        let Some(recorder) = self.recorder else { return Ok(bus) };
-        Ok(Box::new(recorder.can(&format!("robot-{}-{which}", self.id), bus, self.clock.clone())?))
+fn taped_link(tape: Option<&Tape>, port: TapePort, link: Box<dyn Link>) -> Box<dyn Link> {
+    match tape {
+        Some(tape) => Box::new(tape.link(port, link)),
+        None => link,
     }
 }
 
-fn equip<C: Clock + Clone + Send + Sync + 'static>(
+fn taped_bus(tape: Option<&Tape>, port: TapePort, bus: Box<dyn CanBus>) -> Box<dyn CanBus> {
+    match tape {
+        Some(tape) => Box::new(tape.bus(port, bus)),
+        None => bus,
+    }
+}
+
+fn equip(
     file: &RobotFile,
     hardware: Hardware,
-    recording: &Recording<'_, C>,
+    tape: Option<&Tape>,
     now: Stamp,
 ) -> Result<(Adapter, StopAction), OpenError> {
     match (hardware, kind_params(file)?) {
@@ -128,7 +122,8 @@ fn equip<C: Clock + Clone + Send + Sync + 'static>(
             let host = MavHost::new(params, now);
             let bytes = host.stop_bytes().to_vec();
             let action = Box::new(move || stop(&bytes));
-            Ok((Adapter::Mavlink { host: Box::new(host), link: recording.link(link)? }, action))
+            let link = taped_link(tape, TapePort::Autopilot, link);
+            Ok((Adapter::Mavlink { host: Box::new(host), link }, action))
         }
         (Hardware::Can { drive: drive_bus, lidar: lidar_bus, stop: mut stop_bus }, KindParams::Can(params)) => {
             let (drive, lidar) = *params;
@@ -139,9 +134,9 @@ fn equip<C: Clock + Clone + Send + Sync + 'static>(
             });
             let adapter = Adapter::Can {
                 drive: Box::new(AgilexHost::new(drive, now)),
-                drive_bus: recording.bus(drive_bus, "drive")?,
+                drive_bus: taped_bus(tape, TapePort::DriveBus, drive_bus),
                 lidar: Box::new(DronecanLidarHost::new(lidar, now)),
-                lidar_bus: recording.bus(lidar_bus, "lidar")?,
+                lidar_bus: taped_bus(tape, TapePort::LidarBus, lidar_bus),
             };
             Ok((adapter, action))
         }

@@ -2,8 +2,8 @@
 
 use crate::adapter::LinkCounters;
 use crate::robot_loop::RobotLoop;
-use drover_contract::{Battery, Pose, Stamp};
-use drover_core::Status;
+use drover_contract::{Battery, Beam, Pose, Scan, Stamp, Twist};
+use drover_core::{HeardPeer, Status};
 use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::collections::BTreeMap;
@@ -27,16 +27,34 @@ pub struct View {
     pub pos_bound_m: f64,
     /// Measured speed along its heading, m/s.
     pub speed_mps: f64,
+    /// Measured turn, rad/s.
+    pub yaw_rate_radps: f64,
+    /// What its law asked for in the newest tick, limited, body frame; none if it asked for nothing.
+    pub request_b: Option<Twist>,
+    /// The command of the newest tick, body frame.
+    pub command_b: Twist,
+    /// Why that command is not what was asked for; none if it is.
+    pub changed: Option<String>,
+    /// Where it is heading for, world frame, metres.
+    pub target_m: Option<[f64; 2]>,
     /// The nearest thing its lidar sees, metres from its centre.
     pub nearest_m: Option<f64>,
     /// Age of its newest scan, ms.
     pub scan_age_ms: Option<u64>,
+    /// Age of its newest odometry, ms: its drive's link.
+    pub odometry_age_ms: Option<u64>,
     /// How much of its task is done, 0..=1.
     pub progress: f64,
     /// Whether it says that its task is done.
     pub reached: bool,
     /// Peers it hears.
     pub peers_heard: usize,
+    /// Who they are.
+    #[serde(default)]
+    pub heard: Vec<HeardView>,
+    /// Its newest scan.
+    #[serde(default)]
+    pub scan: Option<ScanView>,
     /// Its supply, as last heard.
     pub battery: Option<Battery>,
     /// Ticks of its node.
@@ -49,8 +67,63 @@ pub struct View {
     pub aged_commands: u64,
     /// Messages on the beacon plane that were refused.
     pub beacons_refused: u64,
+    /// Beacons taken, dropped as old, dropped as duplicates.
+    pub beacons: [u64; 3],
     /// What its links have been through.
     pub links: LinkCounters,
+}
+
+/// A peer that a robot hears.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct HeardView {
+    /// Whom.
+    pub id: u32,
+    /// Age of its newest beacon, ms.
+    pub age_ms: u64,
+    /// Whether the law relies on it.
+    pub kept: bool,
+}
+
+impl From<HeardPeer> for HeardView {
+    fn from(peer: HeardPeer) -> Self {
+        Self { id: peer.id.0, age_ms: millis(peer.age), kept: peer.kept }
+    }
+}
+
+/// A scan, as programs read it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ScanView {
+    /// When the oldest of it was received, microseconds on the robot's clock.
+    pub stamp_us: u64,
+    /// Direction of the first beam, radians from the sensor's forward direction.
+    pub angle_first_rad: f64,
+    /// From one beam to the next, radians, counter-clockwise.
+    pub angle_step_rad: f64,
+    /// Farther than this it cannot measure, metres.
+    pub range_m_max: f64,
+    /// A range a beam, metres; -1: nothing up to the greatest range; none: no reading.
+    pub ranges_m: Vec<Option<f64>>,
+}
+
+impl From<&Scan> for ScanView {
+    fn from(scan: &Scan) -> Self {
+        let range_m = |beam: &Beam| match beam {
+            Beam::Hit(range_m) => Some(*range_m),
+            Beam::Clear => Some(-1.0),
+            Beam::Unknown => None,
+        };
+        Self {
+            stamp_us: scan.stamp.as_micros(),
+            angle_first_rad: scan.angle_first_rad,
+            angle_step_rad: scan.angle_step_rad,
+            range_m_max: scan.range_m_max,
+            ranges_m: scan.beams.iter().map(range_m).collect(),
+        }
+    }
+}
+
+fn millis(span: Duration) -> u64 {
+    u64::try_from(span.as_millis()).unwrap_or(u64::MAX)
 }
 
 impl View {
@@ -61,36 +134,56 @@ impl View {
     #[must_use]
     pub fn of(robot: &RobotLoop, now: Stamp) -> Self {
         let status = robot.status();
-        let millis = |age: Duration| u64::try_from(age.as_millis()).unwrap_or(u64::MAX);
+        let heard = robot.heard(now).map(HeardView::from).collect();
+        Self {
+            heard,
+            scan: robot.scan().map(ScanView::from),
+            withheld_commands: robot.withheld_commands(),
+            aged_commands: robot.aged_commands(),
+            beacons_refused: robot.beacons_refused() + status.counters.beacons_refused,
+            links: robot.links().clone(),
+            ..Self::of_status(robot.file().robot.id, status, now)
+        }
+    }
+
+    /// What a node alone can tell, without links, scan and peers.
+    #[must_use]
+    pub fn of_status(id: u32, status: &Status, now: Stamp) -> Self {
         // Ages grow between ticks, too: a loop that hangs must not show a fresh scan.
         let since_tick = now.since(status.stamp);
-        let changed = &status.counters.changed;
+        let counters = &status.counters;
+        let age_ms = |age: Option<Duration>| age.map(|age| millis(age + since_tick));
         Self {
-            id: robot.file().robot.id,
+            id,
             link: status.drive.to_string(),
             state: status.state.word().into(),
             reason: status.verdict.to_string(),
             pose_wb: Some(status.pose_wb).filter(|pose| pose.is_finite()),
             pos_bound_m: status.pos_bound_m,
             speed_mps: status.twist_b.speed_mps,
+            yaw_rate_radps: status.twist_b.yaw_rate_radps,
+            request_b: status.request,
+            command_b: status.command.twist_b(),
+            changed: status.changed.map(str::to_owned),
+            target_m: status.target_w.map(|target| [target.x, target.y]),
             nearest_m: status.nearest_m,
-            scan_age_ms: status.scan_age.map(|age| millis(age + since_tick)),
+            scan_age_ms: age_ms(status.scan_age),
+            odometry_age_ms: age_ms(status.odometry_age),
             progress: status.progress,
             reached: status.reached,
             peers_heard: status.peers_heard,
+            heard: Vec::new(),
+            scan: None,
             battery: status.battery,
-            ticks: status.counters.ticks,
-            commands_changed: changed.iter().map(|(reason, count)| ((*reason).to_owned(), *count)).collect(),
-            withheld_commands: robot.withheld_commands(),
-            aged_commands: robot.aged_commands(),
-            beacons_refused: refused(robot, status),
-            links: robot.links().clone(),
+            ticks: counters.ticks,
+            commands_changed: counters.changed.iter().map(|(why, count)| ((*why).to_owned(), *count)).collect(),
+            withheld_commands: 0,
+            aged_commands: 0,
+            beacons_refused: counters.beacons_refused,
+            beacons: [counters.beacons_taken, counters.beacons_old, counters.beacons_duplicate],
+            links: LinkCounters::default(),
         }
     }
-}
-
-fn refused(robot: &RobotLoop, status: &Status) -> u64 {
-    robot.beacons_refused() + status.counters.beacons_refused
 }
 
 impl fmt::Display for View {

@@ -4,10 +4,11 @@
 //! links. Nothing in it blocks and nothing is kept for later, so a turn is also the unit in which a hang is noticed.
 
 use crate::adapter::{Adapter, LinkCounters};
+use crate::witness::Recording;
 use drover_codec::beacon::{self, Message};
 use drover_config::RobotFile;
-use drover_contract::{Clock, DriveState, Event, Link, SafeCommand, Severity, Stamp, Watchdog};
-use drover_core::{Node, Status, StopReason};
+use drover_contract::{Clock, DriveState, Event, Link, SafeCommand, Scan, Severity, Stamp, Watchdog};
+use drover_core::{HeardPeer, Node, Status, StopReason};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
@@ -34,6 +35,8 @@ pub struct LoopParts {
     pub beacons: Box<dyn Link>,
     /// Which life of this robot: greater after every restart.
     pub epoch: u32,
+    /// What writes down what it is given, decides and sends; none: nothing is recorded.
+    pub recording: Option<Recording>,
 }
 
 /// How far the loop is on its way to the end.
@@ -70,6 +73,7 @@ pub struct RobotLoop {
     aged_commands: u64,
     beacons_refused: u64,
     links: LinkCounters,
+    recording: Option<Recording>,
 }
 
 impl RobotLoop {
@@ -93,12 +97,16 @@ impl RobotLoop {
             aged_commands: 0,
             beacons_refused: 0,
             links: LinkCounters::default(),
+            recording: parts.recording,
         }
     }
 
     /// One turn: read, decide, write. Never blocks.
     pub fn turn(&mut self, clock: &dyn Clock) {
         let now = clock.now();
+        if let Some(recording) = &self.recording {
+            recording.tape.turn(now);
+        }
         self.receive(now);
         self.adapter.handle_timeout(now);
         self.digest(now);
@@ -128,6 +136,9 @@ impl RobotLoop {
     /// Stop the robot for good and end: [`RobotLoop::ended`] turns true once it was seen standing, or after a patience.
     pub fn begin_end(&mut self, now: Stamp, reason: StopReason) {
         if self.phase == Phase::Running {
+            if let Some(recording) = &self.recording {
+                recording.tape.told_to_end(now, reason.to_string());
+            }
             self.reached_before_end = self.node.status().reached;
             self.node.handle_stop(now, reason);
             self.phase = Phase::Stopping { since: now, still_since: None };
@@ -156,6 +167,17 @@ impl RobotLoop {
     #[must_use]
     pub fn status(&self) -> &Status {
         self.node.status()
+    }
+
+    /// The newest scan.
+    #[must_use]
+    pub fn scan(&self) -> Option<&Scan> {
+        self.node.scan()
+    }
+
+    /// The peers that are heard, sorted by id.
+    pub fn heard(&self, now: Stamp) -> impl Iterator<Item = HeardPeer> + '_ {
+        self.node.heard(now)
     }
 
     /// Whom this loop drives.
@@ -215,25 +237,35 @@ impl RobotLoop {
     fn digest(&mut self, now: Stamp) {
         while let Some(event) = self.adapter.poll_event() {
             match &event {
-                Event::Scan(_) => self.fresh_scan = true,
-                Event::Text(severity, text) => self.log(*severity, text),
+                Event::Scan(scan) => {
+                    self.fresh_scan = true;
+                    if let Some(recording) = &mut self.recording {
+                        recording.witness.scanned(scan);
+                    }
+                }
+                Event::Text(severity, text) => self.log(now, *severity, text),
                 Event::Drive(DriveState::Ready(watchdog)) => {
                     self.drive_seen_ready = true;
                     // A drive that goes on when we die is said aloud; what is as it should be is there for who asks.
                     let severity = if *watchdog == Watchdog::Absent { Severity::Warning } else { Severity::Info };
-                    self.log(severity, &format!("the drive obeys; {watchdog}"));
+                    self.log(now, severity, &format!("the drive obeys; {watchdog}"));
                 }
                 // Some refusals last until a human acts: they must be heard of.
-                Event::Drive(state @ DriveState::Refused(_)) => self.log(Severity::Warning, &format!("drive: {state}")),
-                Event::Drive(state) => self.log(Severity::Info, &format!("drive: {state}")),
+                Event::Drive(state @ DriveState::Refused(_)) => {
+                    self.log(now, Severity::Warning, &format!("drive: {state}"))
+                }
+                Event::Drive(state) => self.log(now, Severity::Info, &format!("drive: {state}")),
                 Event::Odometry(_) | Event::Pose(_) | Event::Battery(_) => {}
             }
             self.node.handle_event(now, event);
         }
     }
 
-    fn log(&self, severity: Severity, text: &str) {
+    fn log(&mut self, now: Stamp, severity: Severity, text: &str) {
         let id = self.file.robot.id;
+        if let Some(recording) = &mut self.recording {
+            recording.witness.said(now, severity, text);
+        }
         match severity {
             Severity::Info => tracing::info!(robot = id, "{text}"),
             Severity::Warning => tracing::warn!(robot = id, "{text}"),
@@ -255,11 +287,14 @@ impl RobotLoop {
             self.last_scan_tick = Some(now);
         }
         let command = self.node.tick(now);
+        if let Some(recording) = &mut self.recording {
+            recording.witness.decided(self.node.status());
+        }
         if matches!(self.phase, Phase::Closing { .. } | Phase::Ended) {
             return;
         }
         let age_max = Duration::from_millis(u64::from(self.file.kind.timeouts.command_age_ms));
-        if clock.now().since(now) > age_max {
+        if self.look_again(clock).since(now) > age_max {
             // The computer was held up since the tick began: the world has moved on (invariant 3).
             self.withheld_commands += 1;
             self.adapter.command(now, SafeCommand::STOP);
@@ -269,7 +304,16 @@ impl RobotLoop {
         self.adapter.command(now, command);
         self.adapter.flush(&mut self.links);
         // Between the look at the clock and the socket lie microseconds, unless the computer was held up just there.
-        self.aged_commands += u64::from(clock.now().since(now) > age_max);
+        self.aged_commands += u64::from(self.look_again(clock).since(now) > age_max);
+    }
+
+    /// What the clock shows by now; on the tape, because what follows depends on it.
+    fn look_again(&self, clock: &dyn Clock) -> Stamp {
+        let now = clock.now();
+        if let Some(recording) = &self.recording {
+            recording.tape.clock(now);
+        }
+        now
     }
 
     fn tell_peers(&mut self, now: Stamp) {

@@ -10,8 +10,6 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// How often a view is told.
-const VIEW_PERIOD: Duration = Duration::from_millis(100);
 /// A loop without a deadline would still be looked at this often; its node always has one that is nearer.
 const IDLE_MAX: Duration = Duration::from_millis(200);
 
@@ -19,16 +17,24 @@ const IDLE_MAX: Duration = Duration::from_millis(200);
 #[derive(Clone, Debug)]
 pub struct Shutdown(pub StopReason);
 
+/// Is told how a robot is doing.
+pub struct Teller<F> {
+    /// How often, by the robot's clock.
+    pub period: Duration,
+    /// Told a view; must not block.
+    pub tell: F,
+}
+
 /// Drive one robot until it is told to end and has ended, or until its loop panics.
 ///
-/// `tell` is called with a view about ten times a second. A panic is caught: the guard then sends the robot's stop for
+/// A panic is caught: the guard then sends the robot's stop for
 /// as long as the process lives, and the report says so.
 pub async fn drive<C: Clock + Send + Sync + 'static>(
     mut robot: RobotLoop,
     clock: C,
     heart: Heart,
     mut end: watch::Receiver<Option<Shutdown>>,
-    mut tell: impl FnMut(View) + Send,
+    mut teller: Teller<impl FnMut(View) + Send>,
 ) -> Report {
     let mut next_view = clock.now();
     loop {
@@ -46,14 +52,14 @@ pub async fn drive<C: Clock + Send + Sync + 'static>(
         heart.beat();
         let now = clock.now();
         if now >= next_view || robot.ended() {
-            next_view = now + VIEW_PERIOD;
-            tell(View::of(&robot, now));
+            next_view = now + teller.period;
+            (teller.tell)(View::of(&robot, now));
         }
         if robot.ended() {
             heart.rest();
             return Report::of(&robot, heart.stops_sent());
         }
-        let sleep = robot.poll_timeout().0.since(now).min(IDLE_MAX);
+        let sleep = clock.wall(robot.poll_timeout().0.since(now)).min(IDLE_MAX);
         tokio::select! {
             () = poll_fn(|cx| robot.poll_readable(cx)) => {}
             () = tokio::time::sleep(sleep) => {}

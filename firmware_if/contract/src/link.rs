@@ -2,12 +2,18 @@
 
 use crate::{CanFrame, Stamp};
 use std::task::{Context, Poll};
+use std::time::Duration;
 use thiserror::Error;
 
 /// Where a robot's time comes from.
 pub trait Clock {
     /// The present moment, never before an earlier answer.
     fn now(&self) -> Stamp;
+
+    /// How long the wall clock takes for `span` of this clock's time: the same, unless time is paced.
+    fn wall(&self, span: Duration) -> Duration {
+        span
+    }
 }
 
 /// Why a link did not do what was asked. Losing a link is a normal state with a way back, never the end.

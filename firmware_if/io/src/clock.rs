@@ -1,9 +1,9 @@
 //! Where time comes from: the operating system, or a test.
 
 use drover_contract::{Clock, Stamp};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// The operating system's monotonic clock. Its epoch is the moment it was made; copies share it.
 #[derive(Clone, Copy, Debug)]
@@ -22,10 +22,14 @@ impl OsClock {
     /// add it once, so that a step of the calendar clock does not tear them.
     #[must_use]
     pub fn unix_offset_us(&self) -> u64 {
-        let unix = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        let unix_us = u64::try_from(unix.as_micros()).unwrap_or(u64::MAX);
-        unix_us.saturating_sub(self.now().as_micros())
+        unix_offset_us(self.now())
     }
+}
+
+fn unix_offset_us(now: Stamp) -> u64 {
+    let unix = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    let unix_us = u64::try_from(unix.as_micros()).unwrap_or(u64::MAX);
+    unix_us.saturating_sub(now.as_micros())
 }
 
 impl Default for OsClock {
@@ -37,6 +41,76 @@ impl Default for OsClock {
 impl Clock for OsClock {
     fn now(&self) -> Stamp {
         Stamp::ZERO + self.epoch.elapsed()
+    }
+}
+
+/// The operating system's clock, made faster or slower, or held, for simulation. Clones show the same time, and it never
+/// runs backwards.
+#[derive(Clone, Debug)]
+pub struct PacedClock(Arc<Mutex<Paced>>);
+
+#[derive(Clone, Copy, Debug)]
+struct Paced {
+    /// This clock showed `at` at the moment `since`, and has gone on at `rate` from there.
+    since: Instant,
+    at: Stamp,
+    rate: f64,
+}
+
+impl Paced {
+    fn now(&self) -> Stamp {
+        self.at + self.since.elapsed().mul_f64(self.rate)
+    }
+}
+
+impl PacedClock {
+    /// A clock that begins now, at the pace of the wall clock.
+    #[must_use]
+    pub fn new() -> Self {
+        Self(Arc::new(Mutex::new(Paced { since: Instant::now(), at: Stamp::ZERO, rate: 1.0 })))
+    }
+
+    /// Go on at `rate` seconds per second of the wall clock, 0..=100; 0 holds it. Anything else changes nothing.
+    pub fn set_rate(&self, rate: f64) {
+        if (0.0..=100.0).contains(&rate) {
+            let mut paced = self.lock();
+            *paced = Paced { since: Instant::now(), at: paced.now(), rate };
+        }
+    }
+
+    /// Seconds per second of the wall clock.
+    #[must_use]
+    pub fn rate(&self) -> f64 {
+        self.lock().rate
+    }
+
+    /// Microseconds from the Unix epoch to this clock's zero, as if it had always gone at the pace of the wall clock.
+    #[must_use]
+    pub fn unix_offset_us(&self) -> u64 {
+        unix_offset_us(self.now())
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Paced> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Default for PacedClock {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Clock for PacedClock {
+    fn now(&self) -> Stamp {
+        self.lock().now()
+    }
+
+    fn wall(&self, span: Duration) -> Duration {
+        /// What a held clock's time takes: until somebody looks again.
+        const HELD: Duration = Duration::from_secs(3_600);
+        let rate = self.lock().rate;
+        if rate > 0.0 { span.div_f64(rate).min(HELD) } else { HELD }
     }
 }
 
@@ -82,6 +156,23 @@ mod tests {
         let clock = ManualClock::new(Stamp::from_millis(25));
         clock.set(Stamp::from_millis(5));
         assert_eq!(clock.now(), Stamp::from_millis(25));
+    }
+
+    #[test]
+    fn a_paced_clock_is_held_and_goes_on_from_where_it_was() {
+        let clock = PacedClock::new();
+        clock.set_rate(0.0);
+        let held = clock.now();
+        std::thread::sleep(Duration::from_millis(20));
+        assert_eq!(clock.clone().now(), held);
+        assert!(clock.wall(Duration::from_millis(1)) > Duration::from_secs(60));
+        clock.set_rate(4.0);
+        assert_eq!(clock.wall(Duration::from_millis(100)), Duration::from_millis(25));
+        std::thread::sleep(Duration::from_millis(20));
+        assert!(clock.now().since(held) >= Duration::from_millis(80), "four times as fast");
+        clock.set_rate(f64::NAN);
+        clock.set_rate(-1.0);
+        assert_eq!(clock.rate().to_bits(), 4.0_f64.to_bits());
     }
 
     #[test]

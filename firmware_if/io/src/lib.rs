@@ -8,7 +8,7 @@
 //! | [`Tunnel`] | a CAN bus over loopback UDP where the kernel has none |
 //! | [`BeaconSocket`] | multicast between robots |
 //! | [`MemoryBus`], [`memory_link`] | the same without an operating system, also in virtual time |
-//! | [`Recorder`], [`Faulty`] | links around links: write everything down; lose some of it |
+//! | [`Tape`], [`Faulty`] | links around links: write everything down; lose some of it |
 //!
 //! Nothing here blocks: every call answers at once, and what cannot be sent now is dropped, never kept (invariant 3).
 //! Sockets are watched through tokio only when somebody asks `poll_readable`; everything else works without a runtime.
@@ -17,10 +17,11 @@ mod beacon;
 mod clock;
 mod errno;
 mod faulty;
+mod listen;
 mod memory;
 mod open;
-mod record;
 mod socketcan;
+mod tape;
 mod tunnel;
 mod udp;
 mod vcan;
@@ -28,11 +29,12 @@ mod watched;
 
 pub use crate::socketcan::{IdFilter, SocketCanBus};
 pub use beacon::BeaconSocket;
-pub use clock::{ManualClock, OsClock};
+pub use clock::{ManualClock, OsClock, PacedClock};
 pub use faulty::{FaultHandle, Faulty};
+pub use listen::listen;
 pub use memory::{MemoryBus, MemoryLink, MemoryNode, memory_link};
 pub use open::{CanLink, OpenError, open_can};
-pub use record::{Recorded, Recorder};
+pub use tape::{MemoryTapes, Tape, TapeEntry, TapeEvent, TapePort, TapeSink, Taped, WireFiles, frame_bytes, frame_of};
 pub use tunnel::Tunnel;
 pub use udp::{StopSender, UdpLink, UdpServer};
 pub use vcan::{VcanInterface, kernel_has_can};

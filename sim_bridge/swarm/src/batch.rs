@@ -75,17 +75,20 @@ where
             return Ok(None);
         }
         let swarm = (self.load)(seed)?;
-        let mut trial = trial_of(&swarm, self.fidelity, self.record_to.is_some())?;
         let folder = self.record_to.as_ref().map(|folder| folder.join(format!("seed-{seed}")));
         let unwritable =
             || format!("cannot record run {seed}: set record_dir to a folder you can write, with room in it");
-        let trace = folder.map(|folder| Trace::create(&folder, &swarm)).transpose().with_context(unwritable)?;
+        let scans = self.fidelity == Fidelity::Direct;
+        let trace = folder.map(|folder| Trace::create(&folder, &swarm, scans)).transpose().with_context(unwritable)?;
+        let mut trial = trial_of(&swarm, self.fidelity, trace.as_ref().map(Trace::recorder))?;
         let mut watch = Observer { batch: self, end, trace, told_s: 0.0, steps: 0 };
         let result = run_trial(&swarm, trial.as_mut(), &mut watch);
         watch.tell(trial.as_ref(), swarm.duration_s, result.is_some());
         let (Some(result), trace) = (result, watch.trace) else { return Ok(None) };
         if let Some(trace) = trace {
-            trace.finish(trial.as_ref(), &result).with_context(unwritable)?;
+            // The robots' tapes end with them.
+            drop(trial);
+            trace.finish(&result).with_context(unwritable)?;
         }
         Ok(Some(result))
     }

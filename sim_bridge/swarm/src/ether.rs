@@ -29,6 +29,14 @@ impl Ether {
         self.ends[index] = end;
     }
 
+    /// Every robot hears `message`, whatever the radio does.
+    pub(crate) fn say_to_all(&mut self, message: &[u8]) {
+        for end in &mut self.ends {
+            // A robot that has gone hears nothing.
+            let _ = end.send(message);
+        }
+    }
+
     /// What happened so far.
     pub(crate) fn tally(&self) -> RadioTally {
         self.radio.tally()

@@ -5,7 +5,7 @@ use drover_config::Swarm;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// The folder of one run: the resolved configuration, every link's bytes, the summary.
+/// The folder of one run: the recording, the resolved configuration, the summary.
 #[derive(Clone, Debug)]
 pub struct RunFolder {
     path: PathBuf,
@@ -32,6 +32,12 @@ impl RunFolder {
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Where its recording is.
+    #[must_use]
+    pub fn recording(&self) -> PathBuf {
+        self.path.join("run.mcap")
     }
 
     /// Write one file of the run.

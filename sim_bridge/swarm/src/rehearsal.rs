@@ -8,13 +8,15 @@ use crate::ether::Ether;
 use crate::summary::{RunFacts, Summary, Tally, summarise};
 use crate::tasks::beacon_links;
 use crate::trial::Trial;
-use drover_config::{Links, Swarm};
+use drover_config::{Links, RobotFile, Swarm};
 use drover_contract::{CanBus, Clock, Link, Stamp};
 use drover_core::Status;
-use drover_io::{ManualClock, MemoryBus, MemoryLink, MemoryNode, OpenError, Recorder, memory_link};
-use drover_robot::{Assembly, Hardware, RobotLoop, StopReason, View, assemble};
+use drover_io::{ManualClock, MemoryBus, MemoryLink, MemoryNode, MemoryTapes, OpenError, Tape, memory_link};
+use drover_record::Recorder;
+use drover_robot::{Assembly, Hardware, Recording, RobotLoop, StopReason, View, assemble};
 use drover_world::{Arena, Packet, PeerKey, Plant, Port, RadioTally};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// Messages that a link keeps for a side that does not read.
@@ -41,7 +43,34 @@ pub struct VirtualSwarm {
     far_ends: Vec<FarEnd>,
     ether: Ether,
     tallies: Vec<Tally>,
-    recorder: Option<Recorder>,
+    memory: Memory,
+}
+
+/// What is kept of the robots' links.
+enum Memory {
+    Nothing,
+    /// Their bytes, in memory.
+    Bytes {
+        tapes: Arc<MemoryTapes>,
+        robots: Vec<Tape>,
+    },
+    /// Everything, in a file.
+    File(Recorder),
+}
+
+impl Memory {
+    /// The recording of a robot that begins now.
+    fn of_robot(&mut self, file: &RobotFile, epoch: u32, now: Stamp) -> Option<Recording> {
+        match self {
+            Self::Nothing => None,
+            Self::Bytes { tapes, robots } => {
+                let tape = Tape::new(file.robot.id, tapes.clone());
+                robots.push(tape.clone());
+                Some(Recording::of_bytes(tape))
+            }
+            Self::File(recorder) => Some(recorder.robot(file, epoch, now)),
+        }
+    }
 }
 
 impl VirtualSwarm {
@@ -50,7 +79,7 @@ impl VirtualSwarm {
     /// # Errors
     /// [`OpenError`] if a robot's links do not fit its kind.
     pub fn new(swarm: &Swarm) -> Result<Self, OpenError> {
-        Self::with(swarm, Some(Recorder::in_memory()))
+        Self::with(swarm, Memory::Bytes { tapes: Arc::default(), robots: Vec::new() })
     }
 
     /// The same without recording: for runs of which only the result is wanted.
@@ -58,16 +87,24 @@ impl VirtualSwarm {
     /// # Errors
     /// [`OpenError`] if a robot's links do not fit its kind.
     pub fn unrecorded(swarm: &Swarm) -> Result<Self, OpenError> {
-        Self::with(swarm, None)
+        Self::with(swarm, Memory::Nothing)
     }
 
-    fn with(swarm: &Swarm, recorder: Option<Recorder>) -> Result<Self, OpenError> {
+    /// The same with everything in a file.
+    ///
+    /// # Errors
+    /// [`OpenError`] if a robot's links do not fit its kind.
+    pub fn recorded(swarm: &Swarm, recorder: &Recorder) -> Result<Self, OpenError> {
+        Self::with(swarm, Memory::File(recorder.clone()))
+    }
+
+    fn with(swarm: &Swarm, mut memory: Memory) -> Result<Self, OpenError> {
         let clock = ManualClock::new(Stamp::ZERO);
         let (near_beacons, far_beacons) = beacon_links(swarm.robots.len());
         let mut robots = Vec::new();
         let mut far_ends = Vec::new();
         for (index, beacons) in near_beacons.into_iter().enumerate() {
-            let (robot, far_end) = start(swarm, index, FIRST_EPOCH, beacons, (recorder.as_ref(), &clock))?;
+            let (robot, far_end) = start(swarm, (index, FIRST_EPOCH), beacons, &mut memory, Stamp::ZERO)?;
             robots.push(Some(robot));
             far_ends.push(far_end);
         }
@@ -81,7 +118,7 @@ impl VirtualSwarm {
             clock,
             robots,
             far_ends,
-            recorder,
+            memory,
         })
     }
 
@@ -123,8 +160,8 @@ impl VirtualSwarm {
         let (near, far) = memory_link(QUEUE);
         self.ether.replace(index, far);
         self.epochs[index] += 1;
-        let (robot, far_end) =
-            start(&self.swarm, index, self.epochs[index], near, (self.recorder.as_ref(), &self.clock))?;
+        let now = self.now();
+        let (robot, far_end) = start(&self.swarm, (index, self.epochs[index]), near, &mut self.memory, now)?;
         self.robots[index] = Some(robot);
         self.far_ends[index] = far_end;
         Ok(())
@@ -169,7 +206,11 @@ impl VirtualSwarm {
             can_detail: "buses in memory, virtual time".into(),
             processes: false,
             recording: None,
-            recording_dropped: self.recorder.as_ref().map_or(0, Recorder::dropped),
+            recording_dropped: match &self.memory {
+                Memory::Bytes { tapes, .. } => tapes.dropped(),
+                Memory::Nothing | Memory::File(_) => 0,
+            },
+            recording_failed: None,
         };
         summarise(&self.swarm, &self.plant, &self.tallies, facts)
     }
@@ -177,7 +218,9 @@ impl VirtualSwarm {
     /// Everything recorded so far: file name to bytes.
     #[must_use]
     pub fn recordings(&self) -> BTreeMap<String, Vec<u8>> {
-        self.recorder.as_ref().map(Recorder::contents).unwrap_or_default()
+        let Memory::Bytes { tapes, robots } = &self.memory else { return BTreeMap::new() };
+        robots.iter().for_each(Tape::flush);
+        tapes.files()
     }
 
     fn all_reached(&self) -> bool {
@@ -269,6 +312,10 @@ impl Trial for VirtualSwarm {
         self.robot(robot).map(RobotLoop::status)
     }
 
+    fn view(&self, robot: usize) -> Option<View> {
+        self.robot(robot).map(|robot| View::of(robot, self.now()))
+    }
+
     fn radio(&self) -> RadioTally {
         self.ether.tally()
     }
@@ -281,25 +328,22 @@ impl Trial for VirtualSwarm {
         // Codecs, firmware and queues are not counted one by one: a wire's robot is not what fills a memory.
         self.robots.len() * size_of::<RobotLoop>() + self.plant.arena().bytes().0 + self.ether.bytes()
     }
-
-    fn recordings(&self) -> BTreeMap<String, Vec<u8>> {
-        self.recordings()
-    }
 }
 
 fn start(
     swarm: &Swarm,
-    index: usize,
-    epoch: u32,
+    (index, epoch): (usize, u32),
     beacons: MemoryLink,
-    (recorder, clock): (Option<&Recorder>, &ManualClock),
+    memory: &mut Memory,
+    now: Stamp,
 ) -> Result<(RobotLoop, FarEnd), OpenError> {
     let config = &swarm.robots[index];
     let (hardware, far_end) = memory_hardware(&config.links);
     let unknown = || OpenError::new(format!("robot {}", config.id), "not in the swarm", "name one that is");
     let file = swarm.robot_file(config.id).ok_or_else(unknown)?;
-    let assembly = Assembly { file, hardware, beacons: Box::new(beacons), epoch, recorder };
-    Ok((assemble(assembly, clock)?.robot, far_end))
+    let recording = memory.of_robot(&file, epoch, now);
+    let assembly = Assembly { file, hardware, beacons: Box::new(beacons), epoch, recording };
+    Ok((assemble(assembly, now)?.robot, far_end))
 }
 
 fn memory_hardware(links: &Links) -> (Hardware, FarEnd) {

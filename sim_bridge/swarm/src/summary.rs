@@ -38,10 +38,12 @@ pub struct Summary {
     pub can_detail: String,
     /// Whether every robot was a process of its own.
     pub processes: bool,
-    /// The folder with the recordings and the resolved configuration.
+    /// The recording; the resolved configuration and this summary lie beside it.
     pub recording: Option<String>,
-    /// Messages that a recorder or a simulated bus had to drop.
+    /// What a recorder had to drop.
     pub recording_dropped: u64,
+    /// Why the recording ended before the run did; none if it did not.
+    pub recording_failed: Option<String>,
     /// The robots, in the file's order.
     pub robots: Vec<RobotSummary>,
 }
@@ -168,6 +170,7 @@ pub(crate) struct RunFacts {
     pub(crate) processes: bool,
     pub(crate) recording: Option<String>,
     pub(crate) recording_dropped: u64,
+    pub(crate) recording_failed: Option<String>,
 }
 
 /// Summarise a run.
@@ -192,6 +195,7 @@ pub(crate) fn summarise(swarm: &Swarm, plant: &Plant, tallies: &[Tally], facts: 
         processes: facts.processes,
         recording: facts.recording,
         recording_dropped: facts.recording_dropped,
+        recording_failed: facts.recording_failed,
         robots,
     }
 }

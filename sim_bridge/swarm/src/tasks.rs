@@ -4,8 +4,9 @@ use crate::ether::Ether;
 use drover_bridge::{CanEnd, NearSide, PlantHandle};
 use drover_config::RobotFile;
 use drover_contract::{Clock, Link};
-use drover_io::{MemoryLink, OpenError, OsClock, Recorder, memory_link};
-use drover_robot::{Assembled, Assembly, Guard, Hardware, Report, Shutdown, View, assemble, drive};
+use drover_io::{MemoryLink, OpenError, PacedClock, memory_link};
+use drover_record::Recorder;
+use drover_robot::{Assembled, Assembly, Guard, Hardware, Report, Shutdown, Teller, View, assemble, drive};
 use std::time::Duration;
 use tokio::sync::{mpsc, watch};
 use tokio::task::JoinHandle;
@@ -15,12 +16,15 @@ const BEACON_QUEUE: usize = 1024;
 /// How often the ether carries beacons on.
 const ETHER_PERIOD: Duration = Duration::from_millis(5);
 
+/// How often a robot tells how it is doing.
+const VIEW_PERIOD: Duration = Duration::from_millis(50);
+
 /// What a running robot tells: its index and its newest view.
 pub(crate) type ViewSender = mpsc::Sender<(usize, View)>;
 
 /// What every task of a run is given.
 pub(crate) struct TaskContext<'a> {
-    pub(crate) clock: &'a OsClock,
+    pub(crate) clock: &'a PacedClock,
     pub(crate) guard: &'a Guard,
     pub(crate) views: ViewSender,
     pub(crate) end: watch::Receiver<Option<Shutdown>>,
@@ -36,19 +40,21 @@ pub(crate) fn prepare(
     context: &TaskContext<'_>,
 ) -> Result<Assembled, OpenError> {
     let hardware = hardware(near)?;
-    let assembly = Assembly { file, hardware, beacons, epoch: context.epoch, recorder: context.recorder };
-    assemble(assembly, context.clock)
+    let now = context.clock.now();
+    let recording = context.recorder.map(|recorder| recorder.robot(&file, context.epoch, now));
+    assemble(Assembly { file, hardware, beacons, epoch: context.epoch, recording }, now)
 }
 
 /// Start robot `index`'s loop.
 pub(crate) fn start(index: usize, robot: Assembled, context: &TaskContext<'_>) -> JoinHandle<Option<Report>> {
     let heart = context.guard.add(robot.robot.file().robot.id, robot.hang_limit, robot.stop);
-    let (views, end, clock) = (context.views.clone(), context.end.clone(), *context.clock);
+    let (views, end, clock) = (context.views.clone(), context.end.clone(), context.clock.clone());
     let tell = move |view: View| {
         // A full queue drops this view; the next one is newer anyway.
         let _ = views.try_send((index, view));
     };
-    tokio::spawn(async move { Some(drive(robot.robot, clock, heart, end, tell).await) })
+    let teller = Teller { period: VIEW_PERIOD, tell };
+    tokio::spawn(async move { Some(drive(robot.robot, clock, heart, end, teller).await) })
 }
 
 fn hardware(near: NearSide) -> Result<Hardware, OpenError> {
@@ -73,12 +79,21 @@ pub(crate) fn beacon_links(count: usize) -> (Vec<MemoryLink>, Vec<MemoryLink>) {
     (0..count).map(|_| memory_link(BEACON_QUEUE)).unzip()
 }
 
-/// Carry beacons until the run's task is aborted.
-pub(crate) async fn carry_beacons(mut ether: Ether, plant: PlantHandle, clock: OsClock) {
+/// Carry beacons until the run's task is aborted; what is sent to `said` is said to every robot at once, as by a
+/// transmitter that stands beside it.
+pub(crate) async fn carry_beacons(
+    mut ether: Ether,
+    plant: PlantHandle,
+    clock: PacedClock,
+    mut said: mpsc::Receiver<Vec<u8>>,
+) {
     let mut ticker = tokio::time::interval(ETHER_PERIOD);
     ticker.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
     loop {
         ticker.tick().await;
+        while let Ok(message) = said.try_recv() {
+            ether.say_to_all(&message);
+        }
         let positions_w = plant.positions();
         ether.turn(clock.now(), &positions_w[..]);
     }

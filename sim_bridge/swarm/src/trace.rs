@@ -1,78 +1,69 @@
-//! What a run in virtual time leaves behind: where everybody was, and with the wire every byte.
+//! What a run in virtual time leaves behind: a recording, the resolved swarm and the result.
 
+use crate::seen::moment_of;
 use crate::trial::{Trial, TrialResult};
+use anyhow::Context;
 use drover_config::Swarm;
 use drover_contract::Stamp;
-use std::fs::{File, create_dir_all, write};
-use std::io::{self, BufWriter, Write};
+use drover_record::{Pace, Recorder, RecorderOptions, RunState, Setting};
+use std::fs::{create_dir_all, write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// How often everybody is written down.
 const EVERY: Duration = Duration::from_millis(100);
 
-/// The folder of one run, and everybody's way in it, as a table of text that any spreadsheet reads.
+/// The folder of one run, and the recording in it.
 pub(crate) struct Trace {
     folder: PathBuf,
     ids: Vec<u32>,
     due: Stamp,
-    states: BufWriter<File>,
-    /// What went wrong first; a run goes on without its table.
-    failed: Option<io::Error>,
+    recorder: Recorder,
+    /// Whether scans come with the moments, and not from the robots' own loops.
+    scans: bool,
 }
 
 impl Trace {
     /// Makes the folder, with the resolved swarm in it.
-    pub(crate) fn create(folder: &Path, swarm: &Swarm) -> io::Result<Self> {
+    pub(crate) fn create(folder: &Path, swarm: &Swarm, scans: bool) -> anyhow::Result<Self> {
         create_dir_all(folder)?;
         write(folder.join("swarm.toml"), swarm.to_toml())?;
-        let mut states = BufWriter::new(File::create(folder.join("states.csv"))?);
-        writeln!(states, "time_s,robot,x_m,y_m,yaw_rad,speed_mps,yaw_rate_radps,in_contact,state,reason")?;
+        // Virtual time begins in 1970, so that one seed gives the same bytes whenever it is run.
+        let options = RecorderOptions { path: folder.join("run.mcap"), pace: Pace::Virtual, unix_offset_us: 0 };
+        let recorder = Recorder::create(options, &Setting::of_swarm(swarm, 0))?;
         let ids = swarm.robots.iter().map(|robot| robot.id).collect();
-        Ok(Self { folder: folder.to_owned(), ids, due: Stamp::ZERO, states, failed: None })
+        Ok(Self { folder: folder.to_owned(), ids, due: Stamp::ZERO, recorder, scans })
+    }
+
+    /// What writes.
+    pub(crate) const fn recorder(&self) -> &Recorder {
+        &self.recorder
     }
 
     /// Write everybody down if it is time to.
     pub(crate) fn see(&mut self, trial: &dyn Trial) {
-        if trial.now() < self.due || self.failed.is_some() {
+        if trial.now() < self.due {
             return;
         }
         self.due = trial.now() + EVERY;
-        self.failed = self.rows(trial).err();
+        let views = (0..self.ids.len()).map(|robot| trial.view(robot));
+        let run = RunState { rate: 1.0, ..RunState::default() };
+        let moment = moment_of(trial.now(), trial.arena(), self.ids.iter().copied().zip(views), run);
+        if self.scans {
+            self.recorder.moment_with_scans(&moment);
+        } else {
+            self.recorder.moment(&moment);
+        }
     }
 
-    fn rows(&mut self, trial: &dyn Trial) -> io::Result<()> {
-        for (robot, id) in self.ids.iter().enumerate() {
-            let state = trial.arena().state(robot);
-            let (pose, twist) = (state.pose_wb, state.twist_b);
-            let status = trial.status(robot);
-            let word = status.map_or("dead", |status| status.state.word());
-            let reason = status.map(|status| status.verdict.to_string()).unwrap_or_default();
-            writeln!(
-                self.states,
-                "{},{id},{:.6},{:.6},{:.6},{:.6},{:.6},{},{word},{reason}",
-                trial.now(),
-                pose.x_m,
-                pose.y_m,
-                pose.yaw_rad,
-                twist.speed_mps,
-                twist.yaw_rate_radps,
-                u8::from(state.in_contact),
-            )?;
+    /// The run is over: its result.
+    pub(crate) fn finish(self, result: &TrialResult) -> anyhow::Result<()> {
+        let document = serde_json::to_value(result)?;
+        self.recorder.finish(&document);
+        write(self.folder.join("result.json"), serde_json::to_string_pretty(&document)?)?;
+        match self.recorder.state().failed {
+            Some(why) => Err(anyhow::anyhow!(why)).context("the recording is not whole"),
+            None => Ok(()),
         }
-        Ok(())
-    }
-
-    /// The run is over: its result, and what was recorded of the wire.
-    pub(crate) fn finish(mut self, trial: &dyn Trial, result: &TrialResult) -> io::Result<()> {
-        self.states.flush()?;
-        if let Some(error) = self.failed {
-            return Err(error);
-        }
-        write(self.folder.join("result.json"), serde_json::to_string_pretty(result)?)?;
-        for (name, bytes) in trial.recordings() {
-            write(self.folder.join(name), bytes)?;
-        }
-        Ok(())
     }
 }

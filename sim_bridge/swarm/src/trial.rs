@@ -8,9 +8,10 @@ use drover_config::Swarm;
 use drover_contract::{Stamp, Vec2};
 use drover_core::Status;
 use drover_io::OpenError;
+use drover_record::Recorder;
+use drover_robot::View;
 use drover_world::{Arena, RadioTally};
 use serde::Serialize;
-use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// How much of the way between a robot and its world is simulated.
@@ -33,16 +34,14 @@ pub trait Trial {
     fn arena(&self) -> &Arena;
     /// What robot `robot`'s node makes of it all; `None` if it is dead or not there.
     fn status(&self, robot: usize) -> Option<&Status>;
+    /// What robot `robot` tells of itself; `None` if it is dead or not there.
+    fn view(&self, robot: usize) -> Option<View>;
     /// What happened on the air.
     fn radio(&self) -> RadioTally;
     /// Commands that were too old when they had left.
     fn aged_commands(&self) -> u64;
     /// Heap bytes held for robots and bodies; the place itself apart.
     fn bytes(&self) -> usize;
-    /// Everything recorded of the wire, file name to bytes; nothing where there is no wire.
-    fn recordings(&self) -> BTreeMap<String, Vec<u8>> {
-        BTreeMap::new()
-    }
 }
 
 /// One run, in one flat object: numbers, truths and words, no time of day and nothing of the machine.
@@ -96,15 +95,15 @@ impl<F: FnMut(&dyn Trial) -> bool> Watch for F {
     }
 }
 
-/// A swarm in virtual time; `record` keeps what passes on its links, where there are any.
+/// A swarm in virtual time; what its robots are given, decide and send goes to `recorder`, where they have links.
 ///
 /// # Errors
 /// [`OpenError`] if a robot's links do not fit its kind (wire only).
-pub fn trial_of(swarm: &Swarm, fidelity: Fidelity, record: bool) -> Result<Box<dyn Trial>, OpenError> {
-    Ok(match (fidelity, record) {
+pub fn trial_of(swarm: &Swarm, fidelity: Fidelity, recorder: Option<&Recorder>) -> Result<Box<dyn Trial>, OpenError> {
+    Ok(match (fidelity, recorder) {
         (Fidelity::Direct, _) => Box::new(DirectSwarm::new(swarm)),
-        (Fidelity::Wire, true) => Box::new(VirtualSwarm::new(swarm)?),
-        (Fidelity::Wire, false) => Box::new(VirtualSwarm::unrecorded(swarm)?),
+        (Fidelity::Wire, Some(recorder)) => Box::new(VirtualSwarm::recorded(swarm, recorder)?),
+        (Fidelity::Wire, None) => Box::new(VirtualSwarm::unrecorded(swarm)?),
     })
 }
 

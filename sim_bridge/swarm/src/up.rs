@@ -5,33 +5,34 @@ use crate::ether::Ether;
 use crate::recording::RunFolder;
 use crate::summary::{RunFacts, Summary, Tally, summarise};
 use crate::tasks::{TaskContext, ViewSender, beacon_links, carry_beacons, prepare, start};
+use crate::watcher::Watcher;
 use drover_bridge::{Bridge, BridgeError, CanBacking, CanChoice, NearSide, PlantHandle, pace};
 use drover_config::Swarm;
 use drover_contract::Clock;
-use drover_io::{BeaconSocket, OpenError, OsClock, Recorder};
-use drover_robot::{Guard, Report, Shutdown, StopReason, View, epoch_from_unix};
+use drover_io::{BeaconSocket, OpenError, PacedClock};
+use drover_record::{Controls, Onlooker, Pace, Recorder, RecorderOptions, Setting};
+use drover_robot::{Guard, Report, Shutdown, epoch_from_unix};
 use std::future::Future;
 use std::path::PathBuf;
-use std::time::Duration;
 use thiserror::Error;
 use tokio::sync::{mpsc, watch};
 use tokio::task::JoinHandle;
 
-/// How often the run is looked at.
-const WATCH_PERIOD: Duration = Duration::from_millis(100);
-/// Robots that were told to end have this long.
-const END_PATIENCE: Duration = Duration::from_secs(12);
 /// Views that may wait to be looked at.
 const VIEW_QUEUE: usize = 4096;
+/// Messages for all robots that may wait.
+const SAYINGS: usize = 8;
 
 /// How a swarm is brought up.
-pub struct UpOptions<W> {
+pub struct UpOptions<'a, W> {
     /// The `drover` binary, if every robot is to be a process of its own.
     pub processes: Option<PathBuf>,
     /// Whether anything is recorded.
     pub record: bool,
-    /// Called about ten times a second with the time, s, and what every robot last said, in the file's order.
+    /// Called about twenty times a second with the time, s, and what every robot last said, in the file's order.
     pub on_view: W,
+    /// Somebody who looks on, and may ask things of the run.
+    pub onlooker: Option<&'a mut dyn Onlooker>,
 }
 
 /// A swarm could not be brought up. Nothing has moved.
@@ -60,38 +61,35 @@ pub enum UpError {
 }
 
 /// The robots' side of a run.
-struct Robots {
-    running: Vec<JoinHandle<Option<Report>>>,
+pub(crate) struct Robots {
+    pub(crate) running: Vec<JoinHandle<Option<Report>>>,
     /// Watches robots that are tasks; a process has a guard of its own.
     _guard: Option<Guard>,
-    ether: Option<JoinHandle<()>>,
+    pub(crate) ether: Option<JoinHandle<()>>,
 }
 
-/// Bring a swarm up, run it until every robot has reached the end, its duration is over or `interrupt` is ready; stop
-/// every robot and see it stand; summarise.
+/// Bring a swarm up, run it until every robot has reached the end, its duration is over, somebody who looks on asks for
+/// another run, or `interrupt` is ready; stop every robot and see it stand; summarise.
 ///
 /// # Errors
 /// [`UpError`] if something the run needs is missing; nothing has moved then.
-pub async fn up<W, I>(swarm: &Swarm, options: UpOptions<W>, interrupt: I) -> Result<Summary, UpError>
+pub async fn up<W, I>(swarm: &Swarm, options: UpOptions<'_, W>, interrupt: I) -> Result<Summary, UpError>
 where
     W: FnMut(f64, &[Tally]),
     I: Future<Output = ()>,
 {
-    let clock = OsClock::new();
+    let clock = PacedClock::new();
     let folder = if options.record || options.processes.is_some() { Some(RunFolder::create(swarm)?) } else { None };
-    let recorder = match &folder {
-        // A robot's process records its own links.
-        Some(folder) if options.record && options.processes.is_none() => {
-            Some(Recorder::in_folder(folder.path(), clock.unix_offset_us()).map_err(UpError::Recording)?)
-        }
-        Some(_) | None => None,
-    };
+    let recorder =
+        folder.as_ref().filter(|_| options.record).map(|folder| record(folder, swarm, &clock)).transpose()?;
     let can = CanChoice::best(swarm, options.processes.is_some());
     let (bridge, near_sides) = Bridge::open(swarm, can.backing, clock.now())?;
     let plant = bridge.plant();
-    let pacing = tokio::spawn(pace(bridge, clock));
+    let pacing = tokio::spawn(pace(bridge, clock.clone()));
     let (views, views_in) = mpsc::channel(VIEW_QUEUE);
     let (end, end_seen) = watch::channel(None);
+    let (say, said) = mpsc::channel(SAYINGS);
+    let processes = options.processes.clone();
     let start = Start {
         swarm,
         plant: &plant,
@@ -101,46 +99,81 @@ where
         record: options.record,
         views,
         end: end_seen,
+        said,
     };
-    let robots = match &options.processes {
+    let robots = match &processes {
         None => start.tasks(near_sides)?,
         Some(binary) => start.processes(near_sides, binary)?,
     };
-    let mut watcher = Watcher { views: views_in, tallies: vec![Tally::default(); swarm.robots.len()], options };
-    let (ended, time_s) = watcher.watch(swarm, &clock, &end, interrupt).await;
+    let mut watcher = Watcher::new(swarm, &clock, &plant, views_in, say);
+    watcher.recorder = recorder.as_ref();
+    watcher.processes = processes.is_some();
+    let mut eyes = options;
+    if let Some(onlooker) = &mut eyes.onlooker {
+        onlooker.begin(Setting::of_swarm(swarm, clock.unix_offset_us()), controls(processes.is_some()));
+    }
+    let (ended, time_s) = watcher.watch(&mut eyes, &end, interrupt).await;
     watcher.collect(robots).await;
-    let facts = RunFacts {
-        ended: ended.into(),
+    let mut facts = RunFacts {
+        ended,
         time_s,
         world_rate: plant.with(|plant| plant.time().as_secs_f64()) / clock.now().as_secs_f64(),
         can: if can.backing == CanBacking::Vcan { "vcan" } else { "memory" },
         can_detail: can.words,
-        processes: watcher.options.processes.is_some(),
-        recording: folder.as_ref().map(|folder| folder.path().display().to_string()),
-        recording_dropped: recorder.as_ref().map_or(0, Recorder::dropped),
+        processes: processes.is_some(),
+        recording: folder
+            .as_ref()
+            .filter(|_| recorder.is_some())
+            .map(|folder| folder.recording().display().to_string()),
+        recording_dropped: 0,
+        recording_failed: None,
     };
-    let summary = plant.with(|plant| summarise(swarm, plant, &watcher.tallies, facts));
-    pacing.abort();
-    if let Some(folder) = &folder {
-        let text = serde_json::to_string_pretty(&summary).unwrap_or_default();
-        if let Err(error) = folder.write("summary.json", &text) {
-            // The run is over and its summary is in our hands: a full disk must not take it from the user.
-            tracing::error!("{error:#}");
-        }
+    if let Some(recorder) = &recorder {
+        let state = recorder.state();
+        (facts.recording_dropped, facts.recording_failed) = (state.dropped, state.failed);
     }
+    let summary = plant.with(|plant| summarise(swarm, plant, &watcher.tallies, facts));
+    watcher.show_end(&mut eyes, &summary);
+    pacing.abort();
+    keep(&summary, folder.as_ref(), recorder.as_ref());
     Ok(summary)
+}
+
+/// What may be asked of a run: a robot's process has a clock of its own.
+const fn controls(processes: bool) -> Controls {
+    Controls { stop: true, pace: !processes, restart: true, seek: false }
+}
+
+fn record(folder: &RunFolder, swarm: &Swarm, clock: &PacedClock) -> Result<Recorder, UpError> {
+    let unix_offset_us = clock.unix_offset_us();
+    let options = RecorderOptions { path: folder.recording(), pace: Pace::RealTime, unix_offset_us };
+    Recorder::create(options, &Setting::of_swarm(swarm, unix_offset_us)).map_err(UpError::Recording)
+}
+
+/// Write the summary into the recording and beside it.
+fn keep(summary: &Summary, folder: Option<&RunFolder>, recorder: Option<&Recorder>) {
+    if let (Some(recorder), Ok(document)) = (recorder, serde_json::to_value(summary)) {
+        recorder.finish(&document);
+    }
+    let Some(folder) = folder else { return };
+    let text = serde_json::to_string_pretty(summary).unwrap_or_default();
+    if let Err(error) = folder.write("summary.json", &text) {
+        // The run is over and its summary is in our hands: a full disk must not take it from the user.
+        tracing::error!("{error:#}");
+    }
 }
 
 /// What is needed to start robots.
 struct Start<'a> {
     swarm: &'a Swarm,
     plant: &'a PlantHandle,
-    clock: &'a OsClock,
+    clock: &'a PacedClock,
     folder: Option<&'a RunFolder>,
     recorder: Option<&'a Recorder>,
     record: bool,
     views: ViewSender,
     end: watch::Receiver<Option<Shutdown>>,
+    said: mpsc::Receiver<Vec<u8>>,
 }
 
 impl Start<'_> {
@@ -164,7 +197,8 @@ impl Start<'_> {
             prepared.push(opened);
         }
         let running = prepared.into_iter().enumerate().map(|(index, robot)| start(index, robot, &context)).collect();
-        let ether = carry_beacons(Ether::new(self.swarm, far_beacons), self.plant.clone(), *self.clock);
+        let ether = Ether::new(self.swarm, far_beacons);
+        let ether = carry_beacons(ether, self.plant.clone(), self.clock.clone(), self.said);
         Ok(Robots { running, _guard: Some(guard), ether: Some(tokio::spawn(ether)) })
     }
 
@@ -184,69 +218,5 @@ impl Start<'_> {
             running.push(tokio::spawn(child.attend(index, self.views.clone(), self.end.clone())));
         }
         Ok(Robots { running, _guard: None, ether: None })
-    }
-}
-
-/// Looks at what the robots say.
-struct Watcher<W> {
-    views: mpsc::Receiver<(usize, View)>,
-    tallies: Vec<Tally>,
-    options: UpOptions<W>,
-}
-
-impl<W: FnMut(f64, &[Tally])> Watcher<W> {
-    /// Watch until the end, then tell every robot. Why it ended, and when.
-    async fn watch<I: Future<Output = ()>>(
-        &mut self,
-        swarm: &Swarm,
-        clock: &OsClock,
-        end: &watch::Sender<Option<Shutdown>>,
-        interrupt: I,
-    ) -> (&'static str, f64) {
-        let began = clock.now();
-        let mut ticker = tokio::time::interval(WATCH_PERIOD);
-        tokio::pin!(interrupt);
-        let (why, reason) = loop {
-            tokio::select! {
-                _ = ticker.tick() => {}
-                () = &mut interrupt => break ("interrupted", StopReason::Operator),
-            }
-            let time_s = clock.now().since(began).as_secs_f64();
-            self.look(time_s);
-            if self.tallies.iter().all(|tally| tally.view.as_ref().is_some_and(|view| view.reached)) {
-                break ("every robot reached the end", StopReason::Shutdown);
-            }
-            if time_s >= swarm.duration_s {
-                break ("the time was over", StopReason::Shutdown);
-            }
-        };
-        self.tallies.iter_mut().for_each(Tally::note_end);
-        // Nobody listening means that every robot has ended by itself.
-        let _ = end.send(Some(Shutdown(reason)));
-        (why, clock.now().since(began).as_secs_f64())
-    }
-
-    fn look(&mut self, time_s: f64) {
-        while let Ok((index, view)) = self.views.try_recv() {
-            self.tallies[index].see(view, time_s);
-        }
-        (self.options.on_view)(time_s, &self.tallies);
-    }
-
-    /// Await every robot's last words; what is still running after a patience is ended.
-    async fn collect(&mut self, robots: Robots) {
-        let limit = tokio::time::Instant::now() + END_PATIENCE;
-        for (tally, mut running) in self.tallies.iter_mut().zip(robots.running) {
-            match tokio::time::timeout_at(limit, &mut running).await {
-                Ok(report) => tally.report = report.ok().flatten(),
-                Err(_) => running.abort(),
-            }
-        }
-        while let Ok((index, view)) = self.views.try_recv() {
-            self.tallies[index].view = Some(view);
-        }
-        if let Some(ether) = robots.ether {
-            ether.abort();
-        }
     }
 }

@@ -164,6 +164,23 @@ impl Law {
         }
     }
 
+    /// Where the robot is heading for, world frame: the leader's next point, a follower's end.
+    pub(crate) fn target_w(&self) -> Option<Vec2> {
+        match &self.role {
+            Role::Leader(route) => route.next_w(),
+            Role::Follower { arrival, .. } => (!arrival.done()).then_some(self.goal_w),
+            Role::Diffuser(_) => None,
+        }
+    }
+
+    /// Whether the robot would hold without this peer: a follower without its leader.
+    pub(crate) fn relies_on(&self, peer: RobotId) -> bool {
+        match &self.role {
+            Role::Follower { params, .. } => params.leader == peer,
+            Role::Leader(_) | Role::Diffuser(_) => false,
+        }
+    }
+
     /// Share of the task that is done, 0..=1, never falling.
     pub(crate) fn progress(&self) -> f64 {
         self.progress

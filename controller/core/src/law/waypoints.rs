@@ -107,6 +107,11 @@ impl Route {
         if self.next + 1 < self.points_w.len() { f64::INFINITY } else { (brake_mps2 * gap_m).sqrt() }
     }
 
+    /// The point that is driven to; none at the end.
+    pub(crate) fn next_w(&self) -> Option<Vec2> {
+        self.points_w.get(self.next).copied()
+    }
+
     pub(crate) fn reached(&self) -> bool {
         self.next >= self.points_w.len()
     }

@@ -3,6 +3,7 @@
 use drover_config::RobotFile;
 use drover_contract::{Beacon, Event, Stamp, Twist};
 use drover_core::{Node, Roster, Status, Workspace};
+use drover_robot::{HeardView, ScanView, View};
 use drover_world::{BodyState, IdealDevice, Lidar, Place};
 use std::sync::Arc;
 use std::time::Duration;
@@ -14,6 +15,7 @@ const EPOCH: u32 = 1;
 
 /// One robot.
 pub(super) struct Agent {
+    id: u32,
     node: Node,
     device: IdealDevice,
     fresh_scan: bool,
@@ -32,6 +34,7 @@ pub(super) struct Around<'a, H> {
 impl Agent {
     pub(super) fn new(file: &RobotFile, roster: &Arc<Roster>, seed: u64) -> Self {
         Self {
+            id: file.robot.id,
             node: Node::in_swarm(file, Arc::clone(roster), EPOCH, Stamp::ZERO),
             device: IdealDevice::new(&file.kind, file.robot.id, seed, Stamp::ZERO),
             fresh_scan: false,
@@ -85,6 +88,13 @@ impl Agent {
 
     pub(super) fn status(&self) -> &Status {
         self.node.status()
+    }
+
+    /// What it tells of itself.
+    pub(super) fn view(&self, now: Stamp) -> View {
+        let heard = self.node.heard(now).map(HeardView::from).collect();
+        let scan = self.node.scan().map(ScanView::from);
+        View { heard, scan, ..View::of_status(self.id, self.node.status(), now) }
     }
 
     /// Heap bytes held.

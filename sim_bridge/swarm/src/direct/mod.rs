@@ -13,6 +13,7 @@ use agent::{Agent, Around};
 use drover_config::{RobotFile, Swarm};
 use drover_contract::{Beacon, RobotId, Stamp, Twist};
 use drover_core::{Roster, Status, Workspace};
+use drover_robot::View;
 use drover_world::{Arena, BodySpec, Radio, RadioTally};
 use inbox::{Inbox, Number};
 use rayon::prelude::*;
@@ -126,6 +127,10 @@ impl Trial for DirectSwarm {
 
     fn status(&self, robot: usize) -> Option<&Status> {
         self.agents.get(robot).map(Agent::status)
+    }
+
+    fn view(&self, robot: usize) -> Option<View> {
+        self.agents.get(robot).map(|agent| agent.view(self.now))
     }
 
     fn radio(&self) -> RadioTally {

@@ -1,0 +1,20 @@
+//! What is seen of a swarm, moment by moment: written to MCAP files, and read back.
+
+mod convert;
+pub mod foxglove;
+mod measure;
+mod moment;
+mod onlooker;
+mod read;
+mod setting;
+mod write;
+
+pub use measure::{
+    COVERAGE_CELL_M, Connectivity, Coverage, FAR_M, Gaps, MOVING_MPS, PlaceIndex, connectivity, gaps, gaps_per_robot,
+    hearing, speed_mps, velocity_order,
+};
+pub use moment::{CLEAR, Heard, Moment, Phase, Place, RobotMoment, RunState, ScanMoment, StopState, Truth};
+pub use onlooker::Onlooker;
+pub use read::{ReadError, RecordingFile};
+pub use setting::{Control, Controls, GoalSetting, MapSetting, PlaceSetting, RobotSetting, Setting, Source};
+pub use write::{Begin, Pace, Recorder, RecorderOptions, RecorderState};
