@@ -1,5 +1,6 @@
 //! What is seen of a swarm, moment by moment: written to MCAP files, and read back.
 
+mod coarse;
 mod convert;
 pub mod foxglove;
 mod measure;
@@ -7,6 +8,7 @@ mod moment;
 mod onlooker;
 mod read;
 mod setting;
+mod wire;
 mod write;
 
 pub use measure::{

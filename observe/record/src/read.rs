@@ -3,9 +3,10 @@
 use crate::foxglove::{Decision, State, Wire, scan_moment};
 use crate::moment::{Heard, Moment, RobotMoment, ScanMoment};
 use crate::setting::Setting;
-use crate::write::{Begin, RANGE_MAX, RunRecord, kinds};
+use crate::wire::{Shared, unpack};
+use crate::write::{Begin, RANGE_MAX, RunRecord};
 use drover_contract::Stamp;
-use drover_io::{TapeEntry, TapeEvent, TapePort, WireFiles};
+use drover_io::{TapeEntry, WireFiles};
 use foxglove::messages::LaserScan;
 use mcap::read::Options;
 use mcap::{Message, MessageStream};
@@ -42,7 +43,9 @@ pub struct RecordingFile {
     heard: Vec<(u64, BTreeMap<u32, Vec<Heard>>)>,
     scans: BTreeMap<u32, Vec<ScanMoment>>,
     decisions: BTreeMap<u32, Vec<Decision>>,
-    wires: Vec<(u64, Wire)>,
+    /// Robot, and a batch of its tape at Unix times.
+    wires: Vec<(u32, Vec<TapeEntry>)>,
+    shared: Shared,
 }
 
 #[derive(Deserialize)]
@@ -79,6 +82,7 @@ impl RecordingFile {
             scans: BTreeMap::new(),
             decisions: BTreeMap::new(),
             wires: Vec::new(),
+            shared: Shared::default(),
         };
         let mut setting = None;
         let stream = MessageStream::new_with_options(bytes, Options::IgnoreEndMagic.into()).ok()?;
@@ -124,7 +128,12 @@ impl RecordingFile {
                     self.decisions.entry(robot).or_default().push(decision);
                 }
             }
-            "wire" => self.wires.extend(Wire::decode(data).map(|wire| (message.log_time / 1_000, wire))),
+            "wire" => {
+                if let Ok(wire) = Wire::decode(data) {
+                    let entries = unpack(message.log_time / 1_000, &wire, &mut self.shared);
+                    self.wires.push((wire.robot, entries));
+                }
+            }
             "scan" => {
                 let range_m_max = message.channel.metadata.get(RANGE_MAX).and_then(|text| text.parse().ok());
                 if let Ok(scan) = <LaserScan as prost::Message>::decode(data) {
@@ -220,8 +229,8 @@ impl RecordingFile {
     #[must_use]
     pub fn tape(&self, begin: &Begin) -> Vec<TapeEntry> {
         let end_us = self.end_us(begin);
-        let of_robot = self.wires.iter().filter(|(_, wire)| wire.robot == begin.robot);
-        let entries = of_robot.flat_map(|(at_us, wire)| entries(*at_us, begin.unix_offset_us, wire));
+        let of_robot = self.wires.iter().filter(|(robot, _)| *robot == begin.robot);
+        let entries = of_robot.flat_map(|(_, entries)| entries).map(|entry| on_clock(entry, begin.unix_offset_us));
         entries.filter(|entry| (begin.now_us..end_us).contains(&entry.stamp.as_micros())).collect()
     }
 
@@ -234,10 +243,9 @@ impl RecordingFile {
     /// What crossed the robots' links, in the formats of other tools; `moved` is told the share that is done.
     #[must_use]
     pub fn wire_files(&self, mut moved: impl FnMut(f64)) -> WireFiles {
-        let offset_us = self.begins.first().map_or(0, |begin| begin.unix_offset_us);
-        let mut files = WireFiles::new(offset_us);
-        for (done, (at_us, wire)) in self.wires.iter().enumerate() {
-            entries(*at_us, offset_us, wire).for_each(|entry| files.add(wire.robot, &entry));
+        let mut files = WireFiles::new(0);
+        for (done, (robot, entries)) in self.wires.iter().enumerate() {
+            entries.iter().for_each(|entry| files.add(*robot, entry));
             moved(done as f64 / self.wires.len() as f64);
         }
         files
@@ -257,19 +265,12 @@ fn moment_of(run: &RunRecord) -> Moment {
     }
 }
 
-/// A batch's entries; one that this version does not know is passed over.
-fn entries(at_us: u64, offset_us: u64, wire: &Wire) -> impl Iterator<Item = TapeEntry> + '_ {
-    let base_us = at_us.saturating_sub(offset_us);
-    wire.entries.iter().filter_map(move |entry| {
-        let port = || u8::try_from(entry.port).ok().and_then(TapePort::of);
-        let event = match entry.kind {
-            kinds::TURN => TapeEvent::Turn,
-            kinds::CLOCK => TapeEvent::Clock,
-            kinds::RECEIVED => TapeEvent::Received(port()?, entry.data.clone()),
-            kinds::SENT => TapeEvent::Sent(port()?, entry.data.clone()),
-            kinds::TOLD_TO_END => TapeEvent::ToldToEnd(String::from_utf8_lossy(&entry.data).into_owned()),
-            _ => return None,
-        };
-        Some(TapeEntry { stamp: Stamp::from_micros(base_us.saturating_add(entry.dt_us)), event })
-    })
+/// An entry at a Unix time, by the robot's own clock.
+fn on_clock(entry: &TapeEntry, unix_offset_us: u64) -> TapeEntry {
+    let stamp = Stamp::from_micros(entry.stamp.as_micros().saturating_sub(unix_offset_us));
+    TapeEntry { stamp, event: entry.event.clone() }
 }
+
+#[cfg(test)]
+#[path = "read_tests.rs"]
+mod tests;

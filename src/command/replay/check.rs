@@ -101,7 +101,7 @@ struct Notes(Arc<Mutex<Vec<Decision>>>);
 
 impl Witness for Notes {
     fn decided(&mut self, status: &Status) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(Decision::from(status));
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(Decision::from(status).coarse());
     }
 
     fn scanned(&mut self, _scan: &Scan) {}

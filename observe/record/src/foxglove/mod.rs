@@ -13,7 +13,7 @@ mod state;
 mod tests;
 
 pub use frames::{WORLD, body_frame, grid, laser_scan, log, robot_frame, scan_moment, topic, transforms};
-pub use own::{Beacon, BeaconHeard, Decision, HeardLink, LinkHealth, State, Wire, WireEntry};
+pub use own::{Beacon, BeaconHeard, Decision, HeardLink, LinkHealth, State, Wire, WireGroup};
 pub use scene::{scene_links, scene_place, scene_robots};
 
 use foxglove::messages::{Color, Point3, Pose, Quaternion, Timestamp, Vector3};

@@ -196,25 +196,30 @@ message! {
 }
 
 message! {
-    /// A batch of what crossed a robot's links, in order.
+    /// A batch of what a robot's loop was given and sent, in order, packed; `drover export` unpacks it. The first entry
+    /// is at the message's own time.
     Wire {
         /// The robot's id.
         [uint32] robot: u32 = 1,
-        /// What crossed.
-        [message repeated] entries: Vec<WireEntry> = 2,
+        /// A byte an entry: in the low three bits 0 turn begins, 1 clock read, 2 received, 3 sent, 4 told to end,
+        /// 5 received again; above them the port: 0 autopilot, 1 drive's CAN, 2 lidar's CAN, 3 beacons.
+        [bytes] marks: Vec<u8> = 2,
+        /// A base-128 varint for each entry 0, 1 and 4: microseconds since the one before. What is received and sent
+        /// has the time of its turn.
+        [bytes] gaps_us: Vec<u8> = 3,
+        /// A varint an entry that has bytes: in which group they are; groups give theirs out in order.
+        [bytes] order: Vec<u8> = 4,
+        /// Messages that are much alike.
+        [message repeated] groups: Vec<WireGroup> = 5,
     }
 }
 
 message! {
-    /// One thing that crossed a link.
-    WireEntry {
-        /// What it is and which way it went, as the recorder numbers them.
-        [uint32] kind: u32 = 1,
-        /// Which of the robot's links, as the recorder numbers them.
-        [uint32] port: u32 = 2,
-        /// How long after the batch's own time it crossed, microseconds.
-        [uint64] dt_us: u64 = 3,
-        /// The bytes as they were.
-        [bytes] data: Vec<u8> = 4,
+    /// Messages of one length, in order.
+    WireGroup {
+        /// Bytes of each.
+        [uint32] length: u32 = 1,
+        /// First all first bytes, then all second ones, and so on; each as the difference to that of the message before.
+        [bytes] planes: Vec<u8> = 2,
     }
 }

@@ -1,10 +1,12 @@
 //! What is recorded, as messages on channels of an MCAP file.
 
 use super::sealed::{Gathered, Sealed, Store};
+use crate::coarse::{coarse_moment, coarse_scan};
 use crate::foxglove as fox;
-use crate::foxglove::{Beacon, Decision, LinkHealth, State, Wire, WireEntry};
+use crate::foxglove::{Beacon, Decision, LinkHealth, State};
 use crate::moment::{Moment, RunState, ScanMoment};
 use crate::setting::Setting;
+use crate::wire::{Shared, pack};
 use drover_codec::beacon::{self, Message as BeaconMessage};
 use drover_contract::{Severity, Stamp};
 use drover_io::{TapeEntry, TapeEvent, TapePort};
@@ -17,7 +19,7 @@ use std::collections::BTreeMap;
 /// Trades a little time for a good deal of room: measured on the shipped swarm.
 const ZSTD_LEVEL: u32 = 6;
 /// The file is committed this often, by the recording's own time: what a crash can cost, at most.
-const COMMIT_NS: u64 = 500_000_000;
+const COMMIT_NS: u64 = 600_000_000;
 /// Chunks are closed by commits; one never gets larger than this.
 const CHUNK_BYTES: u64 = 8 << 20;
 /// How often what is seen is written, s.
@@ -91,6 +93,7 @@ pub(super) struct Deck {
     links_due_s: f64,
     beacon_due_us: BTreeMap<u32, u64>,
     scan_s: BTreeMap<u32, f64>,
+    shared: Shared,
 }
 
 impl Deck {
@@ -115,6 +118,7 @@ impl Deck {
             links_due_s: 0.0,
             beacon_due_us: BTreeMap::new(),
             scan_s: BTreeMap::new(),
+            shared: Shared::default(),
         })
     }
 
@@ -194,9 +198,8 @@ impl Deck {
         let Some(first) = entries.first() else { return Ok(()) };
         let base_us = first.stamp.as_micros();
         self.put_beacon(robot, &entries)?;
-        let entries = entries.into_iter().map(|entry| wire_entry(base_us, entry)).collect();
-        let at_us = self.unix(base_us);
-        self.message(&fox::topic(robot, "wire"), at_us, &Wire { robot, entries })
+        let wire = pack(robot, &entries, &mut self.shared);
+        self.message(&fox::topic(robot, "wire"), self.unix(base_us), &wire)
     }
 
     fn put_beacon(&mut self, robot: u32, entries: &[TapeEntry]) -> Result<(), McapError> {
@@ -217,7 +220,7 @@ impl Deck {
         let robots = &self.setting.robots;
         let Some(setting) = robots.iter().find(|setting| setting.id == robot).cloned() else { return Ok(()) };
         let at_us = self.moment_us(scan.time_s);
-        let message = fox::laser_scan(at_us, &setting, scan);
+        let message = fox::laser_scan(at_us, &setting, &coarse_scan(scan));
         let extra = BTreeMap::from([(RANGE_MAX.to_owned(), format!("{}", scan.range_m_max))]);
         self.message_with(&fox::topic(robot, "scan"), at_us, &message, &extra)
     }
@@ -236,8 +239,9 @@ impl Deck {
         let ended = moment.run.phase == crate::moment::Phase::Ended;
         if ended || moment.time_s >= self.state_due_s {
             self.state_due_s = moment.time_s + STATE_S - SLACK_S;
-            self.message("/tf", at_us, &fox::transforms(at_us, moment))?;
-            for robot in &moment.robots {
+            let seen = coarse_moment(moment);
+            self.message("/tf", at_us, &fox::transforms(at_us, &seen))?;
+            for robot in &seen.robots {
                 self.message(&fox::topic(robot.id, "state"), at_us, &State::new(moment.time_s, robot))?;
             }
             let record = RunRecord {
@@ -318,27 +322,6 @@ impl Deck {
 
 /// A scan's channel says in its metadata how far the sensor can measure: the message cannot.
 pub(crate) const RANGE_MAX: &str = "range_m_max";
-
-/// How entries of a tape are numbered in a file.
-pub(crate) mod kinds {
-    pub(crate) const TURN: u32 = 0;
-    pub(crate) const CLOCK: u32 = 1;
-    pub(crate) const RECEIVED: u32 = 2;
-    pub(crate) const SENT: u32 = 3;
-    pub(crate) const TOLD_TO_END: u32 = 4;
-}
-
-fn wire_entry(base_us: u64, entry: TapeEntry) -> WireEntry {
-    let dt_us = entry.stamp.as_micros().saturating_sub(base_us);
-    let (kind, port, data) = match entry.event {
-        TapeEvent::Turn => (kinds::TURN, 0, Vec::new()),
-        TapeEvent::Clock => (kinds::CLOCK, 0, Vec::new()),
-        TapeEvent::ToldToEnd(why) => (kinds::TOLD_TO_END, 0, why.into_bytes()),
-        TapeEvent::Received(port, data) => (kinds::RECEIVED, port as u32, data),
-        TapeEvent::Sent(port, data) => (kinds::SENT, port as u32, data),
-    };
-    WireEntry { kind, port, dt_us, data }
-}
 
 /// What stands in the messages of a JSON channel: names and types of their top level.
 fn json_schema(name: &str) -> Vec<u8> {

@@ -7,7 +7,7 @@ mod deck;
 mod sealed;
 
 pub use deck::Begin;
-pub(crate) use deck::{RANGE_MAX, RunRecord, kinds};
+pub(crate) use deck::{RANGE_MAX, RunRecord};
 
 use crate::foxglove::{Decision, LinkHealth};
 use crate::moment::{Moment, ScanMoment};
@@ -32,7 +32,7 @@ const QUEUE: usize = 16_384;
 /// How often the thread looks for items. It is not woken by each: that costs its robots a switch of threads an item.
 const LOOK_PERIOD: Duration = Duration::from_millis(50);
 /// What was written is in the file after this long, even if nothing follows it.
-const COMMIT_PERIOD: Duration = Duration::from_millis(500);
+const COMMIT_PERIOD: Duration = Duration::from_millis(600);
 /// The end of a recording waits this long for a slow disk.
 const PATIENCE: Duration = Duration::from_secs(5);
 
@@ -216,7 +216,7 @@ struct Eyes {
 
 impl Witness for Eyes {
     fn decided(&mut self, status: &Status) {
-        self.recorder.put(Item::Decision { robot: self.robot, decision: Box::new(Decision::from(status)) });
+        self.recorder.put(Item::Decision { robot: self.robot, decision: Box::new(Decision::from(status).coarse()) });
     }
 
     fn scanned(&mut self, scan: &Scan) {
@@ -284,4 +284,4 @@ impl Writing {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
