@@ -5,7 +5,7 @@
 use crate::machine::{Conditions, ProcessUse};
 use drover_config::Swarm;
 use drover_contract::BehaviourState;
-use drover_swarm::{Tally, UpOptions, up};
+use drover_swarm::{Summary, Tally, UpOptions, up};
 use serde::Serialize;
 use std::fmt;
 
@@ -61,19 +61,7 @@ struct Notes {
 pub async fn bringup(swarm: &Swarm, watch_s: f64) -> anyhow::Result<BringupResult> {
     let conditions = Conditions::now();
     let before = ProcessUse::now()?;
-    let mut notes = Notes::default();
-    let (done, is_done) = tokio::sync::oneshot::channel::<()>();
-    let mut done = Some(done);
-    let on_view = |time_s: f64, tallies: &[Tally]| {
-        notes.see(time_s, tallies);
-        if notes.watched_s() >= watch_s {
-            // Sent once; the run ends on it.
-            let _ = done.take().map(|done| done.send(()));
-        }
-    };
-    let interrupt = async { drop(is_done.await) };
-    let options = UpOptions { processes: None, record: false, on_view, onlooker: None };
-    let summary = up(swarm, options, interrupt).await?;
+    let (summary, notes) = watched(swarm, watch_s, false).await?;
     let prearm_s = swarm.kinds.values().map(|kind| kind.sim.prearm_s).fold(0.0, f64::max);
     let robots = swarm.robots.len();
     let (hz_median, hz_min) = notes.tick_hz();
@@ -91,6 +79,29 @@ pub async fn bringup(swarm: &Swarm, watch_s: f64) -> anyhow::Result<BringupResul
         late_ticks: summary.robots.iter().filter_map(|robot| robot.commands_changed.get("late tick")).sum(),
         aged_commands: summary.aged_commands,
     })
+}
+
+/// The share of a core that `swarm` and its simulator use while all drive, recorded or not, over `watch_s` seconds.
+pub(crate) async fn drive_for(swarm: &Swarm, watch_s: f64, record: bool) -> anyhow::Result<f64> {
+    Ok(watched(swarm, watch_s, record).await?.1.cores())
+}
+
+/// Bring `swarm` up and note how it drives for `watch_s` seconds from when all of it does.
+async fn watched(swarm: &Swarm, watch_s: f64, record: bool) -> anyhow::Result<(Summary, Notes)> {
+    let mut notes = Notes::default();
+    let (done, is_done) = tokio::sync::oneshot::channel::<()>();
+    let mut done = Some(done);
+    let on_view = |time_s: f64, tallies: &[Tally]| {
+        notes.see(time_s, tallies);
+        if notes.watched_s() >= watch_s {
+            // Sent once; the run ends on it.
+            let _ = done.take().map(|done| done.send(()));
+        }
+    };
+    let interrupt = async { drop(is_done.await) };
+    let options = UpOptions { processes: None, record, on_view, onlooker: None };
+    let summary = up(swarm, options, interrupt).await?;
+    Ok((summary, notes))
 }
 
 impl Notes {

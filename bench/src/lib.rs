@@ -10,6 +10,7 @@ mod machine;
 mod peers;
 mod ray_scenes;
 mod rays;
+mod record;
 mod sim;
 
 pub use bringup::{BringupResult, bringup};
@@ -18,4 +19,5 @@ pub use latency::{LatencyResult, LatencyRow, latency};
 pub use machine::{Conditions, ProcessUse};
 pub use peers::PeerRate;
 pub use rays::{RaysResult, RaysRow, rays};
+pub use record::{RecordResult, record};
 pub use sim::{DiffusionRow, FlockRow, PeerRow, SimResult, WireRow, sim};

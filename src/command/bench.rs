@@ -1,11 +1,11 @@
 //! `drover bench NAME`: measure, and print what is measured.
 
 use crate::exit::Exit;
-use drover_bench::{Conditions, LatencyResult, SimResult, bringup, convoy, latency, rays, sim};
-use drover_config::{Swarm, load_swarm};
+use drover_bench::{Conditions, LatencyResult, RecordResult, SimResult, bringup, convoy, latency, rays, record, sim};
+use drover_config::{Links, Swarm, load_swarm};
 use serde::Serialize;
 use std::fmt::Display;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `drover bench`.
 #[derive(clap::Args)]
@@ -19,9 +19,9 @@ pub(crate) struct Arguments {
     /// A short run that shows the bench works; its figures claim nothing
     #[arg(long)]
     quick: bool,
-    /// The swarm whose kinds and behaviour are used
-    #[arg(long, default_value = "config/swarms/first.toml")]
-    swarm: PathBuf,
+    /// The swarm whose kinds and behaviour are used: config/swarms/first.toml, or ten.toml for record, unless given
+    #[arg(long)]
+    swarm: Option<PathBuf>,
     /// The MAVLink kind of that swarm to measure with
     #[arg(long, default_value = "rover_mavlink")]
     kind: String,
@@ -44,10 +44,16 @@ enum Name {
     Rays,
     /// Robot-steps a second beside the peers' figures, cost against the number of robots, the wire in virtual time
     Sim,
+    /// Processor time and size of a recording
+    Record,
 }
 
 pub(crate) fn execute(arguments: &Arguments) -> Exit {
-    let template = match load_swarm(&arguments.swarm, &[]) {
+    let usual = match arguments.name {
+        Name::Record => "config/swarms/ten.toml",
+        Name::Latency | Name::Bringup | Name::Rays | Name::Sim => "config/swarms/first.toml",
+    };
+    let template = match load_swarm(arguments.swarm.as_deref().unwrap_or(Path::new(usual)), &[]) {
         Ok(template) => template,
         Err(problems) => return crate::command::refuse(&problems),
     };
@@ -58,6 +64,7 @@ pub(crate) fn execute(arguments: &Arguments) -> Exit {
             show(&rays(arguments.quick), arguments.json);
             Ok(())
         }
+        Name::Record => measure_record(arguments, &template).map(|result| show(&result, arguments.json)),
         Name::Sim => measure_sim(arguments, &template).map(|result| show(&result, arguments.json)),
     };
     match measured {
@@ -100,6 +107,17 @@ fn measure_bringup(arguments: &Arguments, template: &Swarm) -> anyhow::Result<dr
     swarm.duration_s = 120.0;
     let watch_s = if arguments.quick { 2.0 } else { 20.0 };
     runtime()?.block_on(bringup(&swarm, watch_s))
+}
+
+fn measure_record(arguments: &Arguments, template: &Swarm) -> anyhow::Result<RecordResult> {
+    let ((pairs, watch_s), size_s) = if arguments.quick { ((1, 2.0), 20.0) } else { ((5, 20.0), 600.0) };
+    let mut swarm = template.clone();
+    for robot in &mut swarm.robots {
+        if let Links::Mavlink { autopilot } = &mut robot.links {
+            *autopilot = format!("udpout:127.0.0.1:{}", u32::from(arguments.port_base) + robot.id);
+        }
+    }
+    runtime()?.block_on(record(&swarm, (pairs, watch_s), size_s))
 }
 
 fn measure_sim(arguments: &Arguments, template: &Swarm) -> anyhow::Result<SimResult> {

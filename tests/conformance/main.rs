@@ -9,6 +9,7 @@ mod common;
 mod beacons;
 mod golden;
 mod ground_stations;
+mod mcap;
 mod recordings;
 mod rover;
 mod support;

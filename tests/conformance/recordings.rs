@@ -1,31 +1,42 @@
-//! Recordings are read by others' readers: the tlog by pymavlink, the candump log by python-can.
+//! What crossed robots' links is read by others' readers: the tlog by pymavlink, the candump log by python-can.
 
-use crate::common::first_swarm;
+use crate::common::{drover, first_swarm, first_toml, private};
 use crate::support::{Peer, number};
 use drover_contract::Stamp;
 use drover_swarm::VirtualSwarm;
 use serde_json::Value;
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::time::Duration;
 
 const RUN_S: f64 = 8.0;
 
-/// The shipped swarm for a moment in virtual time: what it recorded, and what others read in it.
-fn recorded_and_read() -> (BTreeMap<String, Vec<u8>>, Value) {
-    let folder = tempfile::tempdir().expect("a folder");
-    let swarm = first_swarm(folder.path(), &[]);
-    let mut virtual_swarm = VirtualSwarm::new(&swarm).unwrap_or_else(|error| panic!("{error}"));
-    virtual_swarm.run_until(Stamp::ZERO + Duration::from_secs_f64(RUN_S));
-    let recordings = virtual_swarm.recordings();
+/// Lay these files in `folder`, and let others read them. pymavlink does not know our beacons: those are left out.
+fn read(folder: &Path, recordings: &BTreeMap<String, Vec<u8>>) -> Value {
     let mut paths = Vec::new();
-    for (name, bytes) in &recordings {
-        let path = folder.path().join(name);
+    for (name, bytes) in recordings.iter().filter(|(name, _)| !name.ends_with("-beacons.tlog")) {
+        let path = folder.join(name);
         std::fs::write(&path, bytes).expect("a writable folder");
         paths.push(path.display().to_string());
     }
     let arguments: Vec<&str> = paths.iter().map(String::as_str).collect();
-    let found = Peer::start("read_recordings.py", &arguments).finish();
-    (recordings, found)
+    Peer::start("read_recordings.py", &arguments).finish()
+}
+
+fn assert_all_read(recordings: &BTreeMap<String, Vec<u8>>, found: &Value) {
+    let names: Vec<&str> = recordings.keys().map(String::as_str).collect();
+    let count = |end: &str| names.iter().filter(|name| name.ends_with(end)).count();
+    assert_eq!((count("-beacons.tlog"), count(".tlog")), (5, 7), "{names:?}");
+    assert_eq!((count("-drive.log"), count("-lidar.log"), count(".log")), (3, 3, 6), "{names:?}");
+    for (name, bytes) in recordings.iter().filter(|(name, _)| !name.ends_with("-beacons.tlog")) {
+        let found = &found[name];
+        assert_times(name, found);
+        if name.ends_with(".tlog") {
+            assert_tlog(name, found);
+        } else {
+            assert_candump(name, found, bytes);
+        }
+    }
 }
 
 fn assert_times(name: &str, found: &Value) {
@@ -77,17 +88,38 @@ fn assert_candump(name: &str, found: &Value, recorded: &[u8]) {
 
 #[test]
 fn every_recording_of_a_swarm_is_read_to_its_end_by_pymavlink_and_python_can() {
-    let (recordings, found) = recorded_and_read();
-    let names: Vec<&str> = recordings.keys().map(String::as_str).collect();
-    assert_eq!(names.iter().filter(|name| name.ends_with(".tlog")).count(), 2, "{names:?}");
-    assert_eq!(names.iter().filter(|name| name.ends_with(".log")).count(), 6, "{names:?}");
-    for (name, bytes) in &recordings {
-        let found = &found[name];
-        assert_times(name, found);
-        if name.ends_with(".tlog") {
-            assert_tlog(name, found);
-        } else {
-            assert_candump(name, found, bytes);
-        }
+    let folder = tempfile::tempdir().expect("a folder");
+    let swarm = first_swarm(folder.path(), &[]);
+    let mut virtual_swarm = VirtualSwarm::new(&swarm).unwrap_or_else(|error| panic!("{error}"));
+    virtual_swarm.run_until(Stamp::ZERO + Duration::from_secs_f64(RUN_S));
+    let recordings = virtual_swarm.recordings();
+    let found = read(folder.path(), &recordings);
+    assert_all_read(&recordings, &found);
+}
+
+/// `drover sim --record`, then `drover export`: the same, by way of an MCAP file.
+#[test]
+fn what_is_exported_from_an_mcap_file_is_read_by_pymavlink_and_python_can() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let set = private(folder.path());
+    let mut sim = drover();
+    sim.arg("sim").arg(first_toml()).args(["--fidelity", "wire", "--record", "--seeds", "1"]);
+    sim.args(["--duration", &RUN_S.to_string()]).args(set.iter().flat_map(|set| ["--set", set]));
+    let output = sim.output().expect("drover runs");
+    assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stderr));
+    let recording = crate::mcap::one_recording(folder.path());
+    let exported = folder.path().join("exported");
+    let output = drover().arg("export").arg(&recording).arg("--to").arg(&exported).output().expect("drover runs");
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let mut recordings = BTreeMap::new();
+    for entry in std::fs::read_dir(&exported).expect("the folder") {
+        let path = entry.expect("a file").path();
+        let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+        recordings.insert(name, std::fs::read(&path).expect("a file"));
     }
+    let table = String::from_utf8(recordings.remove("states.csv").expect("a table")).expect("text");
+    let rows = table.lines().count();
+    assert!((300..=500).contains(&rows), "five robots, ten times a second: {rows}");
+    let found = read(folder.path(), &recordings);
+    assert_all_read(&recordings, &found);
 }

@@ -7,6 +7,7 @@ mod fidelity;
 mod hostile;
 mod journey;
 mod mirror;
+mod replay;
 mod shadow;
 mod support;
 mod swarms;

@@ -6,5 +6,6 @@ mod common;
 mod command_line;
 mod guard;
 mod kills;
+mod recordings;
 mod simulate;
 mod up;

@@ -44,8 +44,8 @@ impl Clock for OsClock {
     }
 }
 
-/// The operating system's clock, made faster or slower, or held, for simulation. Clones show the same time, and it never
-/// runs backwards.
+/// The operating system's clock, made faster or slower, or held, for simulation. Clones show the same time, and it
+/// never runs backwards.
 #[derive(Clone, Debug)]
 pub struct PacedClock(Arc<Mutex<Paced>>);
 

@@ -1,8 +1,9 @@
 //! Who may look and ask.
 //!
 //! A browser lets any website send requests to this computer. Two things keep them out: the name in `Host` must be this
-//! server's own (a site that points its name at 127.0.0.1 still sends its own name), and a WebSocket's `Origin`, which a
-//! page cannot forge, must be that host. Beyond loopback names say nothing: there a token in the address is asked for.
+//! server's own (a site that points its name at 127.0.0.1 still sends its own name), and a WebSocket's `Origin`, which
+//! a page cannot forge, must be that host. Beyond loopback names say nothing: there a token in the address is asked
+//! for.
 
 use axum::http::header::{HOST, ORIGIN};
 use axum::http::{HeaderMap, Uri};

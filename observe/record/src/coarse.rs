@@ -1,16 +1,17 @@
 //! Numbers as exactly as anybody looks at them, so that a recording stays small.
 //!
-//! Lengths, speeds and angles are rounded to multiples of 2^-12 (0.24 mm, 0.014 degrees), ranges to 2^-10 (1 mm): as
+//! Lengths, speeds and angles are rounded to multiples of 2^-12 (0.24 mm, 0.014 degrees), ranges to 2^-8 (4 mm): as
 //! binary numbers these end in zeros, which take no room when compressed. What was on the wire is recorded to the bit.
 
 use crate::foxglove::Decision;
 use crate::moment::{Moment, Place, RobotMoment, ScanMoment};
 
 const PER_UNIT: f64 = 4096.0;
-const RANGES_PER_M: f64 = 1024.0;
+const RANGES_PER_M: f64 = 256.0;
 
 fn coarse(value: f64) -> f64 {
-    (value * PER_UNIT).round() / PER_UNIT
+    // A small negative number becomes 0.0 and not -0.0, which protobuf does not carry.
+    (value * PER_UNIT).round() / PER_UNIT + 0.0
 }
 
 fn coarsen<'a>(values: impl IntoIterator<Item = &'a mut f64>) {

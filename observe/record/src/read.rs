@@ -8,8 +8,9 @@ use crate::write::{Begin, RANGE_MAX, RunRecord};
 use drover_contract::Stamp;
 use drover_io::{TapeEntry, WireFiles};
 use foxglove::messages::LaserScan;
-use mcap::read::Options;
-use mcap::{Message, MessageStream};
+use mcap::Message;
+use mcap::io::MessageReader;
+use mcap::sans_io::LinearReaderOptions;
 use prost::Message as _;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -85,9 +86,15 @@ impl RecordingFile {
             shared: Shared::default(),
         };
         let mut setting = None;
-        let stream = MessageStream::new_with_options(bytes, Options::IgnoreEndMagic.into()).ok()?;
-        // The first error is the end of what is whole.
-        for message in stream.map_while(Result::ok) {
+        let mut whole = true;
+        // Without the limit a damaged length is believed, and asks for all the memory there is.
+        let options = LinearReaderOptions::default().with_skip_end_magic(true).with_record_length_limit(RECORD_BYTES);
+        for message in MessageReader::new_with_options(bytes, options) {
+            // The first error is the end of what is whole.
+            let Ok(message) = message else {
+                whole = false;
+                break;
+            };
             *read.messages.entry(message.channel.topic.clone()).or_default() += 1;
             if message.channel.topic == "/drover/setting" && setting.is_none() {
                 setting = serde_json::from_slice::<Setting>(&message.data).ok();
@@ -100,7 +107,7 @@ impl RecordingFile {
         }
         setting?;
         let footer = mcap::read::footer(bytes).ok();
-        read.complete = footer.is_some_and(|footer| footer.summary_start > 0);
+        read.complete = whole && footer.is_some_and(|footer| footer.summary_start > 0);
         read.duration_s = read.runs.iter().map(|run| run.time_s).fold(0.0, f64::max);
         Some(read)
     }
@@ -252,6 +259,8 @@ impl RecordingFile {
     }
 }
 
+/// A record, or a chunk unpacked, is never longer: chunks are closed at a small part of this.
+const RECORD_BYTES: usize = 256 << 20;
 /// Times that are nearer to each other are the same moment's, s.
 const SAME_S: f64 = 2e-3;
 

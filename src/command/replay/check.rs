@@ -85,13 +85,17 @@ fn check_one(recording: &RecordingFile, begin: &Begin) -> anyhow::Result<Checked
     let again = rerun(file, (begin.epoch, Stamp::from_micros(begin.now_us)), &tape, witness)?;
     let decided = std::mem::take(&mut *decided.lock().unwrap_or_else(PoisonError::into_inner));
     let sent = |entry: &&TapeEntry| matches!(entry.event, TapeEvent::Sent(..));
+    // A process that was killed, or a disk that was full, leaves ticks whose bytes came too late: nothing to run.
+    let tape_end_us = tape.last().map_or(0, |entry| entry.stamp.as_micros());
+    let mut recorded = recording.decisions(begin);
+    recorded.retain(|tick| tick.stamp_us <= tape_end_us);
     Ok(Checked {
         robot: begin.robot,
         epoch: begin.epoch,
         turns: tape.iter().filter(|entry| entry.event == TapeEvent::Turn).count(),
         ticks: decided.len(),
         sent: tape.iter().filter(sent).count(),
-        decision: first_decision(&recording.decisions(begin), &decided),
+        decision: first_decision(&recorded, &decided),
         wire: first_entry(&tape, &again),
     })
 }

@@ -25,14 +25,16 @@ class Gauge {
     const bar = make("div", "bar");
     this.fill = bar.appendChild(make("i"));
     const line = make("div", "value");
-    line.append(this.value, " ", make("small", "", unit));
+    this.small = make("small", "", unit);
+    line.append(this.value, " ", this.small);
     this.root.append(make("h2", "", title), line, bar, this.note);
     parent.append(this.root);
   }
 
-  /** `share`: how far the value is on the way to its limit; null: it has none. */
-  show(text, share, note) {
+  /** `share`: how far the value is on the way to its limit, `most`; null: it has none. */
+  show(text, share, note, most = null) {
     write(this.value, text);
+    write(this.small, most === null ? this.unit : `of ${most} ${this.unit}`);
     write(this.note, note);
     this.note.title = note;
     this.fill.parentElement.hidden = share === null;
@@ -211,7 +213,7 @@ export class Panel {
     }
     if (!worst) return gauge.show("-", null, "none known");
     const most = this.setting.get(worst.id)[limit];
-    return gauge.show(fixed(valueOf(worst), decimals), share, `robot ${worst.id}, limit ${most}`);
+    return gauge.show(fixed(valueOf(worst), decimals), share, `robot ${worst.id}`, most);
   }
 
   updateDetail(robot) {

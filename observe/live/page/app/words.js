@@ -13,8 +13,9 @@ export const STATES = {
 /** The state's entry; one that this page does not know is shown as it is. */
 export const stateOf = (state) => STATES[state] ?? { word: state, sign: "?" };
 
-/** A number with so many decimals, or a dash for what is not known. */
-export const fixed = (value, decimals) => (Number.isFinite(value) ? value.toFixed(decimals) : "-");
+/** A number with so many decimals, or a dash for what is not known. Nothing is not negative. */
+export const fixed = (value, decimals) =>
+  Number.isFinite(value) ? value.toFixed(decimals).replace(/^-(?=[0.]*$)/, "") : "-";
 
 /** The same with a unit. */
 export const withUnit = (value, decimals, unit) =>

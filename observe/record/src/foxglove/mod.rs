@@ -30,7 +30,10 @@ fn point([x, y]: [f64; 2], z: f64) -> Point3 {
 }
 
 fn rotation(yaw_rad: f64) -> Quaternion {
+    /// Finer than anybody sees, and ends in zeros: that keeps recordings small.
+    const PER_UNIT: f64 = 65_536.0;
     let (z, w) = (yaw_rad / 2.0).sin_cos();
+    let [z, w] = [z, w].map(|part| (part * PER_UNIT).round() / PER_UNIT);
     Quaternion { x: 0.0, y: 0.0, z, w }
 }
 

@@ -219,7 +219,8 @@ message! {
     WireGroup {
         /// Bytes of each.
         [uint32] length: u32 = 1,
-        /// First all first bytes, then all second ones, and so on; each as the difference to that of the message before.
+        /// First all first bytes, then all second ones, and so on; each as the difference to that of the message
+        /// before.
         [bytes] planes: Vec<u8> = 2,
     }
 }

@@ -1,7 +1,7 @@
 //! Our own messages, decoded by a reader that knows nothing but their schema.
 
 use super::message::Own;
-use super::{Beacon, BeaconHeard, Decision, HeardLink, LinkHealth, State, Wire, WireEntry};
+use super::{Beacon, BeaconHeard, Decision, HeardLink, LinkHealth, State, Wire, WireGroup};
 use crate::{Heard, Place, RobotMoment, Truth};
 use drover_contract::{BehaviourState, Pose, RobotId, Stamp, Twist};
 use foxglove::Encode;
@@ -137,12 +137,14 @@ fn a_beacon_is_read_by_its_schema_alone_and_comes_back() {
 
 #[test]
 fn a_batch_from_the_wire_is_read_by_its_schema_alone() {
-    let entry = WireEntry { kind: 1, port: 14550, dt_us: 250, data: vec![0xfd, 0x00, 0xff] };
-    let read = read(&Wire { robot: 3, entries: vec![entry.clone(), entry.clone()] });
-    let list = value(&read, "entries");
-    let entries = list.as_list().expect("a list");
-    assert_eq!(entries.len(), 2);
-    let data = value(entries[1].as_message().expect("an entry"), "data");
-    assert_eq!(data.as_bytes().map(|data| data.to_vec()), Some(entry.data.clone()));
-    assert_eq!(value(&self::read(&entry), "port"), Value::U32(14550));
+    let group = WireGroup { length: 3, planes: vec![0xfd, 0x00, 0xff] };
+    let wire = Wire { robot: 3, marks: vec![0, 26], gaps_us: vec![0], order: vec![1], groups: vec![group.clone(); 2] };
+    let read = read(&wire);
+    assert_eq!(value(&read, "marks").as_bytes().map(|marks| marks.to_vec()), Some(vec![0, 26]));
+    let list = value(&read, "groups");
+    let groups = list.as_list().expect("a list");
+    assert_eq!(groups.len(), 2);
+    let planes = value(groups[1].as_message().expect("a group"), "planes");
+    assert_eq!(planes.as_bytes().map(|planes| planes.to_vec()), Some(group.planes.clone()));
+    assert_eq!(value(&self::read(&group), "length"), Value::U32(3));
 }
