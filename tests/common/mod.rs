@@ -186,6 +186,14 @@ impl Place {
     }
 }
 
+/// Export a recording into a folder of its own beside it.
+pub fn exported(recording: &Path) -> PathBuf {
+    let folder = recording.with_extension("export");
+    let output = drover().arg("export").arg(recording).arg("--to").arg(&folder).output().expect("drover runs");
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    folder
+}
+
 /// A child that does not outlive its test.
 pub struct Running(Child);
 

@@ -1,6 +1,6 @@
 //! `drover sim` as a user and a script meet it.
 
-use crate::common::{drover, first_toml, json, top};
+use crate::common::{drover, exported, first_toml, json, top};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Output;
@@ -102,7 +102,7 @@ fn text(path: &Path) -> String {
 fn a_recording_holds_everybodys_way_the_result_and_a_swarm_that_can_be_run_again() {
     let folder = tempfile::tempdir().expect("a folder");
     for seed_folder in recorded(folder.path(), &[]) {
-        let states = text(&seed_folder.join("states.csv"));
+        let states = text(&exported(&seed_folder.join("run.mcap")).join("states.csv"));
         let columns = states.lines().next().expect("a head").split(',').count();
         assert!(states.starts_with("time_s,robot,x_m,y_m,yaw_rad,"), "{states:.200}");
         assert!(states.lines().count() > 5 * 39, "five robots, ten times a second");
@@ -120,7 +120,8 @@ fn a_recording_holds_everybodys_way_the_result_and_a_swarm_that_can_be_run_again
 fn a_recording_of_the_wire_holds_every_links_bytes_in_everybodys_formats() {
     let folder = tempfile::tempdir().expect("a folder");
     for seed_folder in recorded(folder.path(), &["--fidelity", "wire"]) {
-        let names: Vec<String> = std::fs::read_dir(&seed_folder)
+        let export = exported(&seed_folder.join("run.mcap"));
+        let names: Vec<String> = std::fs::read_dir(&export)
             .expect("a folder")
             .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
             .collect();
@@ -128,7 +129,7 @@ fn a_recording_of_the_wire_holds_every_links_bytes_in_everybodys_formats() {
         // Two rovers, three chassis with a bus for the drive and one for the lidar.
         assert!(count(".tlog") >= 2 && count(".log") >= 6, "{names:?}");
         assert!(names.iter().any(|name| name == "states.csv"), "{names:?}");
-        let bytes = |name: &String| std::fs::metadata(seed_folder.join(name)).expect("a file").len();
+        let bytes = |name: &String| std::fs::metadata(export.join(name)).expect("a file").len();
         let mut links = names.iter().filter(|name| name.ends_with("log"));
         assert!(links.all(|name| bytes(name) > 10_000), "{names:?}");
     }

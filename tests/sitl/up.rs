@@ -1,6 +1,6 @@
 //! `drover up` from start to end.
 
-use crate::common::{assert_reached_safely, json, private, signal, up, up_command};
+use crate::common::{assert_reached_safely, exported, json, private, signal, up, up_command};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
@@ -12,10 +12,13 @@ fn the_first_swarm_reaches_its_end_with_robots_as_tasks() {
     assert_reached_safely(&summary);
     assert_eq!(summary["processes"], false);
     assert_eq!(output.status.code(), Some(0));
-    let recording = std::path::Path::new(summary["recording"].as_str().expect("a folder")).to_owned();
-    for name in ["swarm.toml", "summary.json", "robot-1.tlog", "robot-3-drive.log", "robot-3-lidar.log"] {
-        let size = recording.join(name).metadata().map(|file| file.len()).unwrap_or_default();
-        assert!(size > 500, "{name} in the recording holds {size} bytes");
+    let recording = std::path::Path::new(summary["recording"].as_str().expect("a file")).to_owned();
+    let export = exported(&recording);
+    let beside = ["swarm.toml", "summary.json", "run.mcap"].map(|name| recording.with_file_name(name));
+    let links = ["robot-1.tlog", "robot-3-drive.log", "robot-3-lidar.log", "states.csv"].map(|name| export.join(name));
+    for file in beside.iter().chain(&links) {
+        let size = file.metadata().map(|file| file.len()).unwrap_or_default();
+        assert!(size > 500, "{} holds {size} bytes", file.display());
     }
 }
 

@@ -1,6 +1,6 @@
 //! The whole swarm, its three CAN robots on six interfaces of this kernel.
 
-use crate::common::{assert_reached_safely, json, up};
+use crate::common::{assert_reached_safely, exported, json, up};
 use crate::support::{Peer, number};
 use serde_json::Value;
 use std::path::Path;
@@ -27,7 +27,7 @@ fn reaches_its_end_on_vcan(more: &[&str]) -> (tempfile::TempDir, Value) {
 fn the_first_swarm_reaches_its_end_on_real_vcan_and_others_read_its_recordings() {
     let (_folder, summary) = reaches_its_end_on_vcan(&[]);
     assert_eq!(summary["processes"], false);
-    let recording = Path::new(summary["recording"].as_str().expect("a folder")).to_owned();
+    let recording = exported(Path::new(summary["recording"].as_str().expect("a file")));
     let names = ["robot-1.tlog", "robot-3-drive.log", "robot-3-lidar.log"];
     let paths = names.map(|name| recording.join(name).display().to_string());
     let found = Peer::start("read_recordings.py", &paths.each_ref().map(String::as_str)).finish();

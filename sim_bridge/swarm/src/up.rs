@@ -114,7 +114,7 @@ where
     }
     let (ended, time_s) = watcher.watch(&mut eyes, &end, interrupt).await;
     watcher.collect(robots).await;
-    let mut facts = RunFacts {
+    let facts = RunFacts {
         ended,
         time_s,
         world_rate: plant.with(|plant| plant.time().as_secs_f64()) / clock.now().as_secs_f64(),
@@ -128,14 +128,10 @@ where
         recording_dropped: 0,
         recording_failed: None,
     };
-    if let Some(recorder) = &recorder {
-        let state = recorder.state();
-        (facts.recording_dropped, facts.recording_failed) = (state.dropped, state.failed);
-    }
-    let summary = plant.with(|plant| summarise(swarm, plant, &watcher.tallies, facts));
+    let mut summary = plant.with(|plant| summarise(swarm, plant, &watcher.tallies, facts));
     watcher.show_end(&mut eyes, &summary);
     pacing.abort();
-    keep(&summary, folder.as_ref(), recorder.as_ref());
+    keep(&mut summary, folder.as_ref(), recorder.as_ref());
     Ok(summary)
 }
 
@@ -151,9 +147,12 @@ fn record(folder: &RunFolder, swarm: &Swarm, clock: &PacedClock) -> Result<Recor
 }
 
 /// Write the summary into the recording and beside it.
-fn keep(summary: &Summary, folder: Option<&RunFolder>, recorder: Option<&Recorder>) {
-    if let (Some(recorder), Ok(document)) = (recorder, serde_json::to_value(summary)) {
+fn keep(summary: &mut Summary, folder: Option<&RunFolder>, recorder: Option<&Recorder>) {
+    if let (Some(recorder), Ok(document)) = (recorder, serde_json::to_value(&*summary)) {
         recorder.finish(&document);
+        // The disk may have been full at the very end.
+        let state = recorder.state();
+        (summary.recording_dropped, summary.recording_failed) = (state.dropped, state.failed);
     }
     let Some(folder) = folder else { return };
     let text = serde_json::to_string_pretty(summary).unwrap_or_default();
