@@ -1,8 +1,10 @@
 //! `drover bench NAME`: measure, and print what is measured.
 
 use crate::exit::Exit;
+use anyhow::Context;
 use drover_bench::{Conditions, LatencyResult, RecordResult, SimResult, bringup, convoy, latency, rays, record, sim};
 use drover_config::{Links, Swarm, load_swarm};
+use drover_picture::{Chart, Series};
 use serde::Serialize;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -28,6 +30,9 @@ pub(crate) struct Arguments {
     /// Robots at most
     #[arg(long, default_value_t = 100)]
     robots: u32,
+    /// Draw what is measured against a number of robots or of runs, as SVG and PNG, into this folder (sim, record)
+    #[arg(long, value_name = "FOLDER")]
+    figures: Option<PathBuf>,
     /// First port of the virtual autopilots
     #[arg(long, default_value_t = 21_000)]
     port_base: u16,
@@ -64,8 +69,14 @@ pub(crate) fn execute(arguments: &Arguments) -> Exit {
             show(&rays(arguments.quick), arguments.json);
             Ok(())
         }
-        Name::Record => measure_record(arguments, &template).map(|result| show(&result, arguments.json)),
-        Name::Sim => measure_sim(arguments, &template).map(|result| show(&result, arguments.json)),
+        Name::Record => measure_record(arguments, &template).and_then(|result| {
+            show(&result, arguments.json);
+            draw(arguments, "record", &record_chart(&result))
+        }),
+        Name::Sim => measure_sim(arguments, &template).and_then(|result| {
+            show(&result, arguments.json);
+            draw(arguments, "sim", &sim_chart(&result))
+        }),
     };
     match measured {
         Ok(()) => Exit::Reached,
@@ -82,6 +93,48 @@ fn show<T: Serialize + Display>(result: &T, json: bool) {
         println!("{}", serde_json::to_string_pretty(result).unwrap_or_default());
     } else {
         println!("{result}");
+    }
+}
+
+fn draw(arguments: &Arguments, name: &str, chart: &Chart) -> anyhow::Result<()> {
+    let Some(folder) = &arguments.figures else { return Ok(()) };
+    std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    for (extension, bytes) in [("svg", chart.svg()?.into_bytes()), ("png", chart.png()?)] {
+        let path = folder.join(name).with_extension(extension);
+        std::fs::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
+        eprintln!("{}", path.display());
+    }
+    Ok(())
+}
+
+fn sim_chart(result: &SimResult) -> Chart {
+    let points = result.flocks.iter().map(|row| [f64::from(row.robots), row.step_us]).collect();
+    Chart {
+        title: "Cost of a robot-step against the number of robots".into(),
+        subtitle: format!("flocks of twenty, one thread; {}", result.conditions),
+        x_label: "robots".into(),
+        y_label: "microseconds a robot-step".into(),
+        x_log: true,
+        series: vec![Series { points, ..Series::default() }],
+        ..Chart::default()
+    }
+}
+
+fn record_chart(result: &RecordResult) -> Chart {
+    let series = [("without recording", &result.cores_without), ("with recording", &result.cores_with)];
+    let points =
+        |cores: &[f64]| cores.iter().zip(1_u32..).map(|(cores, run)| [f64::from(run), cores * 100.0]).collect();
+    Chart {
+        title: "What a recording costs".into(),
+        subtitle: format!("{} robots and their simulator; {}", result.robots, result.conditions),
+        x_label: "run".into(),
+        y_label: "% of a core".into(),
+        y_least: Some([0.0, 1.0]),
+        series: series
+            .into_iter()
+            .map(|(name, cores)| Series { name: name.into(), points: points(cores), ..Series::default() })
+            .collect(),
+        ..Chart::default()
     }
 }
 

@@ -69,7 +69,7 @@ impl RecordingFile {
     }
 
     /// Read a recording from memory; `None` if it holds no setting.
-    fn of_bytes(bytes: &[u8]) -> Option<Self> {
+    pub(crate) fn of_bytes(bytes: &[u8]) -> Option<Self> {
         let mut read = Self {
             setting: Setting::default(),
             summary: None,
@@ -164,6 +164,14 @@ impl RecordingFile {
     pub fn moments(&self, with_scans: bool) -> Vec<Moment> {
         let mut moments: Vec<Moment> = self.runs.iter().map(moment_of).collect();
         moments.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+        // A run that ends at the time of the moment before is told of twice: what was said last counts.
+        moments.dedup_by(|later, earlier| {
+            let same = later.time_s - earlier.time_s <= SAME_S;
+            if same {
+                std::mem::swap(later, earlier);
+            }
+            same
+        });
         let times: Vec<f64> = moments.iter().map(|moment| moment.time_s).collect();
         let order: BTreeMap<u32, usize> =
             self.setting.robots.iter().enumerate().map(|(index, robot)| (robot.id, index)).collect();
@@ -213,7 +221,7 @@ impl RecordingFile {
     pub fn interventions(&self) -> Vec<(f64, u32, String)> {
         let offset_us = self.begins.first().map_or(self.setting.started_unix_us, |begin| begin.unix_offset_us);
         let start_us = self.setting.started_unix_us;
-        let time_s = |stamp_us: u64| ((stamp_us + offset_us) as f64 - start_us as f64) * 1e-6;
+        let time_s = |stamp_us: u64| (stamp_us.saturating_add(offset_us) as f64 - start_us as f64) * 1e-6;
         let of_robot = |(robot, ticks): (&u32, &Vec<Decision>)| {
             let robot = *robot;
             let changed = ticks.iter().filter_map(|tick| Some((tick.stamp_us, tick.changed.clone()?)));

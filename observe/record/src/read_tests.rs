@@ -182,3 +182,29 @@ fn a_file_on_a_disk_is_opened_and_what_is_none_is_refused_with_advice() {
     }
     std::fs::remove_dir_all(&folder).expect("our folder");
 }
+
+#[test]
+fn an_end_at_the_time_of_the_moment_before_still_has_its_robots() {
+    let disk = Snapshots::with_room(1 << 30);
+    let recorder = on(&disk, Pace::Virtual).unwrap();
+    record(&recorder, 5);
+    let mut end = moment(4);
+    end.run.phase = crate::Phase::Ended;
+    recorder.moment(&end);
+    recorder.finish(&serde_json::json!(null));
+    let file = read(&disk.bytes());
+    let last = file.moments(false).pop().unwrap();
+    assert_eq!(last.run.phase, crate::Phase::Ended);
+    assert_eq!(last.robots[0].state, "active");
+}
+
+#[test]
+fn a_time_out_of_all_bounds_panics_nobody() {
+    let disk = Snapshots::with_room(1 << 30);
+    let recorder = on(&disk, Pace::Virtual).unwrap();
+    record(&recorder, 2);
+    crate::write::tests::decide(&recorder, 1, decision(u64::MAX, Some("x")));
+    recorder.finish(&serde_json::json!(null));
+    let file = read(&disk.bytes());
+    let _ = file.interventions();
+}

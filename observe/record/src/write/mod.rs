@@ -85,6 +85,8 @@ struct Progress {
     dropped: AtomicU64,
     bytes: AtomicU64,
     failed: Mutex<Option<String>>,
+    /// Not in the queue: that may be full, and this must not be lost.
+    summary: Mutex<Option<serde_json::Value>>,
 }
 
 impl Recorder {
@@ -154,7 +156,7 @@ impl Recorder {
 
     /// The run is over. Waits, within a patience if time is real, until all is written; what comes later is dropped.
     pub fn finish(&self, summary: &serde_json::Value) {
-        self.put(Item::Summary(summary.clone()));
+        *self.0.progress.summary.lock().unwrap_or_else(PoisonError::into_inner) = Some(summary.clone());
         self.0.end();
     }
 
@@ -257,6 +259,10 @@ impl Writing {
                 commit_at = Instant::now() + COMMIT_PERIOD;
                 self.attempt(Deck::commit);
             }
+        }
+        let summary = self.progress.summary.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(summary) = summary {
+            self.attempt(|deck| deck.put(Item::Summary(summary)));
         }
         self.attempt(Deck::finish);
     }

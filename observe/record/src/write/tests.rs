@@ -263,3 +263,30 @@ fn real_time_commits_without_anything_following() {
     std::thread::sleep(COMMIT_PERIOD + LOOK_PERIOD * 6);
     assert_eq!(messages(&disk.bytes()), before + 1);
 }
+
+/// A disk that does not answer for a while.
+#[derive(Clone)]
+struct Slow(Snapshots, std::time::Duration);
+impl Store for Slow {
+    fn write_all_at(&self, bytes: &[u8], offset: u64) -> io::Result<()> {
+        std::thread::sleep(self.1);
+        self.0.write_all_at(bytes, offset)
+    }
+    fn set_len(&self, len: u64) -> io::Result<()> {
+        self.0.set_len(len)
+    }
+}
+
+#[test]
+fn a_summary_is_written_even_if_the_queue_is_full() {
+    let disk = Snapshots::with_room(ROOM);
+    let options = RecorderOptions { path: PathBuf::new(), pace: Pace::RealTime, unix_offset_us: OFFSET_US };
+    let slow = Slow(disk.clone(), std::time::Duration::from_millis(300));
+    let recorder = Recorder::on(Box::new(slow), "run.mcap".into(), &options, &setting()).unwrap();
+    for step in 0..QUEUE as u64 + 3000 {
+        recorder.say(Stamp::from_micros(step), Severity::Info, 0, "w");
+    }
+    assert!(recorder.state().dropped > 0);
+    recorder.finish(&serde_json::json!({ "reached": true }));
+    assert!(crate::RecordingFile::of_bytes(&disk.bytes()).unwrap().summary.is_some());
+}
