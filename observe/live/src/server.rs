@@ -99,6 +99,8 @@ impl Live {
 
 fn router(shared: Shared) -> Router {
     let bare = Router::new().route("/", get(index)).route("/live", get(live)).route("/healthz", get(async || "ok\n"));
+    // The page has its own icon; a browser that was refused it asks for this one, and would complain of a missing file.
+    let bare = bare.route("/favicon.ico", get(async || StatusCode::NO_CONTENT));
     let with_parts = PARTS.iter().fold(bare, |router, part| router.route(part.path, get(async || answer(part))));
     let outer = middleware::from_fn_with_state(shared.clone(), guard);
     with_parts.with_state(shared).layer(outer)
