@@ -131,6 +131,8 @@ where
     let mut summary = plant.with(|plant| summarise(swarm, plant, &watcher.tallies, facts));
     watcher.show_end(&mut eyes, &summary);
     pacing.abort();
+    // Its ports are free once it is gone: another run may follow at once.
+    let _ = pacing.await;
     keep(&mut summary, folder.as_ref(), recorder.as_ref());
     Ok(summary)
 }
