@@ -1,5 +1,6 @@
 //! `drover export RUN.mcap`: what a recording holds, in the formats of other tools.
 
+use crate::command::open_recording;
 use crate::exit::Exit;
 use crate::meter;
 use anyhow::Context;
@@ -18,12 +19,9 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn execute(arguments: &Arguments) -> Exit {
-    let recording = match RecordingFile::open(&arguments.file) {
+    let recording = match open_recording(&arguments.file) {
         Ok(recording) => recording,
-        Err(error) => {
-            eprintln!("{error}");
-            return Exit::BadInput;
-        }
+        Err(exit) => return exit,
     };
     let beside = || arguments.file.with_extension("export");
     match export(&recording, &arguments.to.clone().unwrap_or_else(beside)) {
@@ -37,9 +35,6 @@ pub(crate) fn execute(arguments: &Arguments) -> Exit {
 
 fn export(recording: &RecordingFile, folder: &Path) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
-    if !recording.complete {
-        eprintln!("the recording was not ended in good order: what is there is exported");
-    }
     let (bar, moved) = meter::share("links' bytes");
     let wire = recording.wire_files(moved);
     bar.finish_and_clear();

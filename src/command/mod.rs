@@ -19,6 +19,8 @@ pub(crate) mod up;
 
 use crate::exit::Exit;
 use drover_config::{Override, Problems};
+use drover_record::RecordingFile;
+use std::path::Path;
 
 /// Read all `--set KEY=VALUE`, or say what is wrong with every one of them.
 pub(crate) fn overrides(set: &[String]) -> Result<Vec<Override>, Exit> {
@@ -40,6 +42,18 @@ pub(crate) fn overrides(set: &[String]) -> Result<Vec<Override>, Exit> {
 pub(crate) fn refuse(problems: &Problems) -> Exit {
     eprintln!("{problems}");
     Exit::BadInput
+}
+
+/// Read a recording, or say why it cannot be read; one that was not ended in good order is said to be so.
+pub(crate) fn open_recording(file: &Path) -> Result<RecordingFile, Exit> {
+    let recording = RecordingFile::open(file).map_err(|error| {
+        eprintln!("{error}");
+        Exit::BadInput
+    })?;
+    if !recording.complete {
+        eprintln!("{}: not ended in good order; what is there is used", file.display());
+    }
+    Ok(recording)
 }
 
 /// Ready when the operator (Ctrl-C) or the system (SIGTERM) asks to end.

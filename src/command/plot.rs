@@ -1,5 +1,6 @@
 //! `drover plot RUN.mcap`: pictures of a recorded run, as SVG and PNG.
 
+use crate::command::open_recording;
 use crate::exit::Exit;
 use crate::meter;
 use anyhow::Context;
@@ -24,16 +25,10 @@ pub(crate) fn execute(arguments: &Arguments) -> Exit {
 
 /// Read a recording and do something with it.
 pub(crate) fn with_run(file: &Path, work: impl FnOnce(&Run) -> anyhow::Result<()>) -> Exit {
-    let recording = match RecordingFile::open(file) {
+    let recording = match open_recording(file) {
         Ok(recording) => recording,
-        Err(error) => {
-            eprintln!("{error}");
-            return Exit::BadInput;
-        }
+        Err(exit) => return exit,
     };
-    if !recording.complete {
-        eprintln!("{}: not ended in good order; what is there is shown", file.display());
-    }
     match work(&run_of(&recording, file)) {
         Ok(()) => Exit::Reached,
         Err(error) => {

@@ -2,7 +2,7 @@
 
 mod check;
 
-use crate::command::asked_to_end;
+use crate::command::{asked_to_end, open_recording};
 use crate::exit::Exit;
 use crate::onlook::{View, ViewArguments};
 use drover_record::{Control, Controls, Moment, Onlooker, Phase, RecordingFile};
@@ -38,16 +38,10 @@ fn rate(text: &str) -> Result<f64, String> {
 }
 
 pub(crate) fn execute(arguments: &Arguments) -> Exit {
-    let recording = match RecordingFile::open(&arguments.file) {
+    let recording = match open_recording(&arguments.file) {
         Ok(recording) => recording,
-        Err(error) => {
-            eprintln!("{error}");
-            return Exit::BadInput;
-        }
+        Err(exit) => return exit,
     };
-    if !recording.complete {
-        eprintln!("{}: not ended in good order; what is there is shown", arguments.file.display());
-    }
     if arguments.check {
         return check::check(&recording, arguments.json);
     }

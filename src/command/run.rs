@@ -101,7 +101,7 @@ async fn run(file: RobotFile, arguments: &Arguments) -> anyhow::Result<(Report, 
     let mut driving = tokio::spawn(drive(robot.robot, clock, heart, end_seen, teller));
     tokio::spawn(async move {
         while let Some(view) = seen.recv().await {
-            onlookers.see(&view, clock.now()).await;
+            onlookers.see(&view, clock.now());
         }
     });
     let mut interrupted = false;
@@ -209,8 +209,7 @@ impl Onlookers {
         })
     }
 
-    #[cfg_attr(not(feature = "view"), allow(clippy::unused_async))]
-    async fn see(&mut self, view: &View, now: Stamp) {
+    fn see(&mut self, view: &View, now: Stamp) {
         let moment = Moment {
             time_s: now.as_secs_f64(),
             run: RunState { rate: 1.0, ..RunState::default() },
@@ -226,7 +225,7 @@ impl Onlookers {
             self.recording_failed |= recorder.state().failed.is_some();
         }
         #[cfg(feature = "view")]
-        self.page.see(moment, self.recording_failed).await;
+        self.page.see(moment, self.recording_failed);
     }
 }
 
@@ -258,16 +257,20 @@ impl Page {
         })
     }
 
-    async fn see(&mut self, mut moment: Moment, recording_failed: bool) {
+    fn see(&mut self, mut moment: Moment, recording_failed: bool) {
         use drover_record::{Control, Onlooker, Phase, StopState};
         while let Some(control) = self.view.next_control() {
             if control == Control::Stop {
                 self.asked_s.get_or_insert(moment.time_s);
                 // The same way as `drover stop`: the loop hears it as it hears everybody's.
                 let robot = Some(drover_contract::RobotId(self.robot));
-                if let Err(error) = drover_robot::send_stop(&self.swarm, &self.plane, robot).await {
-                    tracing::error!("{error}");
-                }
+                let (swarm, plane) = (self.swarm.clone(), self.plane.clone());
+                // It is repeated for a second, in which the page must go on showing what becomes of it.
+                tokio::spawn(async move {
+                    if let Err(error) = drover_robot::send_stop(&swarm, &plane, robot).await {
+                        tracing::error!("{error}");
+                    }
+                });
             }
         }
         if recording_failed {

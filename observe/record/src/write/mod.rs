@@ -22,7 +22,7 @@ use sealed::Store;
 use std::fs::File;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -244,16 +244,13 @@ impl Writing {
         let mut commit_at = Instant::now() + COMMIT_PERIOD;
         loop {
             let received = match self.pace {
-                Pace::Virtual => items.recv().map_err(|_| RecvTimeoutError::Disconnected),
-                Pace::RealTime => items.try_recv().map_err(|error| match error {
-                    std::sync::mpsc::TryRecvError::Empty => RecvTimeoutError::Timeout,
-                    std::sync::mpsc::TryRecvError::Disconnected => RecvTimeoutError::Disconnected,
-                }),
+                Pace::Virtual => items.recv().map_err(|_| TryRecvError::Disconnected),
+                Pace::RealTime => items.try_recv(),
             };
             match received {
                 Ok(item) => self.attempt(|deck| deck.put(item)),
-                Err(RecvTimeoutError::Timeout) => std::thread::sleep(LOOK_PERIOD),
-                Err(RecvTimeoutError::Disconnected) => break,
+                Err(TryRecvError::Empty) => std::thread::sleep(LOOK_PERIOD),
+                Err(TryRecvError::Disconnected) => break,
             }
             if self.pace == Pace::RealTime && Instant::now() >= commit_at {
                 commit_at = Instant::now() + COMMIT_PERIOD;
