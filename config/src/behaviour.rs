@@ -1,5 +1,6 @@
 //! What a swarm is to do.
 
+use crate::deploy::{Assignment, Deploy};
 use serde::Serialize;
 
 /// The behaviour of the whole swarm.
@@ -10,6 +11,19 @@ pub enum Behaviour {
     Flock(Flock),
     /// Diffusion: straight on, and a turn away from whatever is near. Nobody needs anybody; there is no end to reach.
     Diffuse(Diffuse),
+    /// Deployment to a layout, connected at every moment (Fan 2010).
+    Deploy(Deploy),
+}
+
+impl Behaviour {
+    /// The same for one robot's own file: who goes where is decided, and is not to be decided again.
+    pub(crate) fn assigned(&self) -> Self {
+        let mut behaviour = self.clone();
+        if let Self::Deploy(deploy) = &mut behaviour {
+            deploy.assignment = Assignment::Given;
+        }
+        behaviour
+    }
 }
 
 /// Parameters of diffusion.

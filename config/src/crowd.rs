@@ -4,7 +4,7 @@ use crate::geometry::{Point, distance};
 use std::collections::BTreeMap;
 
 /// Touching is not overlapping: places that were computed differ in their last digits, metres.
-const TOUCH_M: f64 = 1e-9;
+pub(crate) const TOUCH_M: f64 = 1e-9;
 /// The smallest body, metres: discs are kept apart by how many times it doubles into their radius.
 const RADIUS_M_MIN: f64 = 0.02;
 
@@ -47,30 +47,79 @@ impl Crowd {
     }
 }
 
-/// Points that keep a distance.
+/// Points, and which of them are within a distance of a place.
 #[derive(Debug)]
-pub(crate) struct Apart {
-    apart_m: f64,
+pub(crate) struct Near {
+    distance_m: f64,
     cells: BTreeMap<(i64, i64), Vec<Point>>,
 }
 
-impl Apart {
-    /// No point yet; they will be at least `apart_m` apart.
-    pub(crate) fn new(apart_m: f64) -> Self {
-        Self { apart_m, cells: BTreeMap::new() }
+impl Near {
+    /// No point yet.
+    pub(crate) fn new(distance_m: f64) -> Self {
+        Self { distance_m, cells: BTreeMap::new() }
     }
 
     /// Adds a point.
     pub(crate) fn add(&mut self, point: Point) {
-        self.cells.entry(cell_of(point, self.apart_m)).or_default().push(point);
+        self.cells.entry(cell_of(point, self.distance_m)).or_default().push(point);
     }
 
-    /// Whether `point` is far enough from all of them.
+    /// Whether none of them is nearer to `point` than the distance.
     pub(crate) fn has_room(&self, point: Point) -> bool {
-        let (x, y) = cell_of(point, self.apart_m);
-        let columns = (x - 1..=x + 1).flat_map(|x| self.cells.range((x, y - 1)..=(x, y + 1)));
-        columns.flat_map(|(_, points)| points).all(|other| distance(point, *other) >= self.apart_m)
+        self.around(point).all(|other| distance(point, *other) >= self.distance_m)
     }
+
+    /// Whether one of them is no farther from `point` than the distance.
+    pub(crate) fn reaches(&self, point: Point) -> bool {
+        self.around(point).any(|other| distance(point, *other) <= self.distance_m)
+    }
+
+    /// All that are within the distance of `point`, and some others.
+    fn around(&self, point: Point) -> impl Iterator<Item = &Point> {
+        let (x, y) = cell_of(point, self.distance_m);
+        let columns = (x - 1..=x + 1).flat_map(move |x| self.cells.range((x, y - 1)..=(x, y + 1)));
+        columns.flat_map(|(_, points)| points)
+    }
+}
+
+/// A point that no chain of links joins to the first one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Parted {
+    /// Which one it is; the first of them.
+    pub(crate) index: usize,
+    /// The nearest of those that are joined to the first one.
+    pub(crate) nearest: usize,
+    /// How far away that one is, metres.
+    pub(crate) gap_m: f64,
+}
+
+/// Where a network is parted whose links join `points` no farther than `range_m` from each other, if it is.
+pub(crate) fn parted(points: &[Point], range_m: f64) -> Option<Parted> {
+    let mut left: BTreeMap<(i64, i64), Vec<usize>> = BTreeMap::new();
+    for (index, point) in points.iter().enumerate().skip(1) {
+        left.entry(cell_of(*point, range_m)).or_default().push(index);
+    }
+    let mut joined = vec![false; points.len()];
+    let mut open: Vec<usize> = points.iter().take(1).map(|_| 0).collect();
+    while let Some(at) = open.pop() {
+        joined[at] = true;
+        let (x, y) = cell_of(points[at], range_m);
+        for key in (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| (x, y))) {
+            let Some(cell) = left.get_mut(&key) else { continue };
+            cell.retain(|index| {
+                let linked = distance(points[at], points[*index]) <= range_m + TOUCH_M;
+                if linked {
+                    open.push(*index);
+                }
+                !linked
+            });
+        }
+    }
+    let index = joined.iter().position(|joined| !joined)?;
+    let gap_m = |other: usize| distance(points[index], points[other]);
+    let nearest = (0..points.len()).filter(|other| joined[*other]).min_by(|a, b| gap_m(*a).total_cmp(&gap_m(*b)))?;
+    Some(Parted { index, nearest, gap_m: gap_m(nearest) })
 }
 
 /// How often the smallest body doubles into this one.

@@ -3,10 +3,12 @@
 //! Raw text -> tree with positions -> checked values. Everything that is wrong is said at once, each with file, line,
 //! column, key, the value found, the allowed range and what to do. What comes out cannot be wrong.
 
+mod assign;
 mod behaviour;
 mod boxes;
 mod check;
 mod crowd;
+mod deploy;
 mod generate;
 mod geometry;
 mod guard;
@@ -34,6 +36,9 @@ mod write;
 mod tests;
 
 pub use behaviour::{Behaviour, Diffuse, Flock};
+pub use deploy::{
+    Assignment, Deploy, DeployGuard, DeployMode, DeploySteer, Escape, Exchange, Forces, KeptLinks, Rotation,
+};
 pub use kind::{AgilexModel, Body, Drive, Kind, Lidar, LidarLink, Motion, Mount, Sim, SimMotion, Timeouts};
 pub use load::{Checked, check_file, check_file_with, load_kind, load_robot, load_swarm, load_world, robot_from_text};
 pub use overrides::Override;

@@ -1,6 +1,8 @@
 //! From files to values that cannot be wrong.
 
+use crate::assign::assign;
 use crate::check::Checker;
+use crate::check::deploy::{reach_m_beside, reach_m_max};
 use crate::include;
 use crate::overrides::Override;
 use crate::path::join;
@@ -14,7 +16,7 @@ use crate::report::{Report, Words};
 use crate::source::Source;
 use crate::tree::{Node, Value, parse_document};
 use crate::walls::Walls;
-use crate::{Behaviour, Kind, RobotFile, Swarm, World};
+use crate::{Behaviour, Deploy, Kind, RobotFile, Swarm, World};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -188,7 +190,13 @@ pub(crate) fn read_swarm(report: &mut Report, root: Node, overrides: &[Override]
     let mut parts = read_table(report, &root, ("", ""), swarm::swarm)?;
     let kinds = parts.tightened_kinds();
     check_swarm(&mut Checker { report, root: &root }, &mut parts, &kinds);
-    if report.is_clean() { resolved(parts, kinds) } else { None }
+    if !report.is_clean() {
+        return None;
+    }
+    let mut swarm = resolved(parts, kinds)?;
+    assign(&mut swarm);
+    Checker { report, root: &root }.assigned(&swarm);
+    Some(swarm)
 }
 
 fn check_swarm(checker: &mut Checker<'_>, parts: &mut SwarmParts, kinds: &BTreeMap<String, Kind>) {
@@ -230,6 +238,10 @@ fn check_behaviour(
     let flock = match &parts.behaviour {
         Some(Behaviour::Flock(flock)) => flock,
         Some(Behaviour::Diffuse(diffuse)) => return checker.diffuse(diffuse, used),
+        Some(Behaviour::Deploy(deploy)) => {
+            checker.deploy(deploy, used.clone(), parts.beacon.as_ref());
+            return check_deployment(checker, deploy, parts, (reach_m_max(used), walls));
+        }
         None => return,
     };
     let ids: Vec<u32> = parts.robots.iter().filter_map(|robot| robot.id).collect();
@@ -240,6 +252,23 @@ fn check_behaviour(
     if let Some(walls) = walls {
         checker.waypoints(flock, leader_kind, walls);
     }
+}
+
+/// The layout and the network; `reach_m` is what bodies add to distances.
+fn check_deployment(
+    checker: &mut Checker<'_>,
+    deploy: &Deploy,
+    parts: &SwarmParts,
+    (reach_m, walls): (f64, Option<&Walls<'_>>),
+) {
+    if let Some(radio) = &parts.radio {
+        checker.deploy_radio(deploy, radio);
+    }
+    checker.layout(deploy, parts.robots.len(), reach_m);
+    if let Some(walls) = walls {
+        checker.targets_clear(deploy, deploy.wall_gap_m + reach_m, walls);
+    }
+    checker.network(deploy, &parts.robots);
 }
 
 fn resolved(parts: SwarmParts, kinds: BTreeMap<String, Kind>) -> Option<Swarm> {
@@ -297,6 +326,12 @@ fn check_robot_file(checker: &mut Checker<'_>, parts: &RobotFileParts) {
             checker.flock_distances(flock, kind.iter());
         }
         Some(Behaviour::Diffuse(diffuse)) => checker.diffuse(diffuse, kind.iter()),
+        Some(Behaviour::Deploy(deploy)) => {
+            checker.deploy(deploy, kind.iter(), parts.beacon.as_ref());
+            checker.assigned_beforehand(deploy);
+            let reach_m = reach_m_beside(reach_m_max(kind.iter()), parts.peers.iter().map(|(_, peer)| peer));
+            checker.layout(deploy, 1 + parts.peers.len(), reach_m);
+        }
         None => {}
     }
 }

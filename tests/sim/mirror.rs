@@ -25,6 +25,7 @@ fn mirrored(swarm: &Swarm) -> Swarm {
     match &mut mirrored.behaviour {
         Behaviour::Flock(flock) => flock.waypoints_m.iter_mut().for_each(flip),
         Behaviour::Diffuse(_) => {}
+        Behaviour::Deploy(deploy) => deploy.targets_m.iter_mut().for_each(flip),
     }
     for kind in mirrored.kinds.values_mut() {
         let mount = &mut kind.lidar.mount;

@@ -2,7 +2,7 @@
 
 use super::Checker;
 use crate::boxes::Bounds;
-use crate::crowd::{Apart, Crowd};
+use crate::crowd::{Crowd, Near};
 use crate::geometry::Point;
 use crate::path::join;
 use crate::read::fleet::{FleetParts, Layout};
@@ -32,6 +32,7 @@ struct Order {
     radius_m: f64,
     region_m: Bounds,
     spacing_m: f64,
+    linked_m: Option<f64>,
     yaw_rad: Option<f64>,
 }
 
@@ -56,7 +57,10 @@ impl Checker<'_> {
             let mut random = Pcg32::new(parts.seed.unwrap_or(0), STREAM + index as u64);
             let kind = fleet.kind.as_ref().and_then(|kind| parts.kinds.get(kind));
             let starts = match self.order(fleet, kind, walls).zip(walls).zip(fleet.layout) {
-                Some(((order, walls), layout)) => {
+                Some(((mut order, walls), layout)) => {
+                    if let Some(shift_m) = fleet.shift_m.flatten() {
+                        order.region_m = shifted(order.region_m, shift_m, &mut random);
+                    }
                     let mut floor = Floor { walls, crowd: &mut crowd };
                     let starts = floor.place(&order, layout, &mut random);
                     self.all_fit(fleet, &order, starts.len());
@@ -95,7 +99,30 @@ impl Checker<'_> {
             self.report.push_path(self.root, &join(&fleet.path, "spacing_m"), words);
             return None;
         }
-        Some(Order { count: fleet.count? as usize, radius_m, region_m, spacing_m, yaw_rad: fleet.yaw_rad? })
+        let linked_m = fleet.linked_m?;
+        if let Some(linked_m) = linked_m {
+            self.linked(fleet, linked_m, spacing_m)?;
+        }
+        let (count, yaw_rad) = (fleet.count? as usize, fleet.yaw_rad?);
+        Some(Order { count, radius_m, region_m, spacing_m, linked_m, yaw_rad })
+    }
+
+    /// Robots at random places can be near to each other, and no nearer than they must be apart.
+    fn linked(&mut self, fleet: &FleetParts, linked_m: f64, spacing_m: f64) -> Option<()> {
+        let path = join(&fleet.path, "linked_m");
+        let words = match fleet.layout? {
+            Layout::Grid => {
+                let found = format!("{linked_m} beside layout = \"grid\"");
+                Words::new(found, "a random layout", "leave it out, and choose spacing_m: neighbours are that near")
+            }
+            Layout::Random if linked_m < spacing_m => {
+                let expected = format!("at least spacing_m, {spacing_m}");
+                Words::new(linked_m.to_string(), expected, "raise it, or lower spacing_m")
+            }
+            Layout::Random => return Some(()),
+        };
+        self.report.push_path(self.root, &path, words);
+        None
     }
 
     fn all_fit(&mut self, fleet: &FleetParts, order: &Order, placed: usize) {
@@ -103,7 +130,10 @@ impl Checker<'_> {
             let [[west, south], [east, north]] = order.region_m;
             let found = format!("{}, of which {placed} fit into [[{west}, {south}], [{east}, {north}]]", order.count);
             let expected = format!("as many as have {} m to each other and no wall in them", order.spacing_m);
-            let advice = "lower count or spacing_m, or widen region_m (a grid is denser than a random layout)";
+            let advice = match order.linked_m {
+                None => "lower count or spacing_m, or widen region_m (a grid is denser than a random layout)",
+                Some(_) => "lower count or spacing_m, raise linked_m, or widen region_m",
+            };
             self.report.push_path(self.root, &join(&fleet.path, "count"), Words::new(found, expected, advice));
         }
     }
@@ -166,7 +196,8 @@ impl Floor<'_, '_> {
 
     fn at_random(&mut self, order: &Order, random: &mut Pcg32) -> Vec<Start> {
         let mut starts = Vec::with_capacity(order.count);
-        let mut apart = Apart::new(order.spacing_m);
+        let mut apart = Near::new(order.spacing_m);
+        let mut linked = order.linked_m.map(Near::new);
         let room = [0, 1].map(|axis| order.region_m[1][axis] - order.region_m[0][axis] - 2.0 * order.radius_m);
         if room.iter().any(|room_m| *room_m < 0.0) {
             return starts;
@@ -180,16 +211,27 @@ impl Floor<'_, '_> {
             let share: [f64; 2] = [random.random(), random.random()];
             let point = [0, 1].map(|axis| order.region_m[0][axis] + order.radius_m + share[axis] * room[axis]);
             failures += 1;
-            if apart.has_room(point) && self.is_free(point, order.radius_m) {
+            let joins = starts.is_empty() || linked.as_ref().is_none_or(|linked| linked.reaches(point));
+            if joins && apart.has_room(point) && self.is_free(point, order.radius_m) {
                 let yaw_rad = order.yaw_rad.unwrap_or_else(|| (random.random::<f64>() * 2.0 - 1.0) * PI);
                 starts.push(Start { x_m: point[0], y_m: point[1], yaw_rad });
                 self.crowd.add(point, order.radius_m);
                 apart.add(point);
+                if let Some(linked) = &mut linked {
+                    linked.add(point);
+                }
                 failures = 0;
             }
         }
         starts
     }
+}
+
+/// `region_m` moved by an offset in `shift_m`.
+fn shifted(region_m: Bounds, shift_m: Bounds, random: &mut Pcg32) -> Bounds {
+    let [low_m, high_m] = shift_m;
+    let offset_m = [0, 1].map(|axis| low_m[axis] + random.random::<f64>() * (high_m[axis] - low_m[axis]));
+    region_m.map(|corner| [corner[0] + offset_m[0], corner[1] + offset_m[1]])
 }
 
 /// The first place of a grid along an axis, metres, and how many there are: as many as fit, in the middle.

@@ -1,6 +1,7 @@
 //! What single keys cannot say: how values must fit together.
 
 pub(crate) mod behaviour;
+pub(crate) mod deploy;
 pub(crate) mod fleet;
 pub(crate) mod kind;
 pub(crate) mod links;

@@ -18,8 +18,10 @@ const ROUNDING: Mm = 1;
 /// anywhere to anywhere between them.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ConvexField {
-    /// How many there are.
+    /// How few there are.
     pub(crate) count: usize,
+    /// How many there are.
+    pub(crate) count_max: usize,
     /// Smallest diameter of the circle through an obstacle's corners, metres.
     pub(crate) size_min_m: f64,
     /// Largest diameter, metres.
@@ -28,6 +30,10 @@ pub(crate) struct ConvexField {
     pub(crate) passage_m: f64,
     /// Free floor along the walls, metres: where a swarm starts and arrives.
     pub(crate) margin_m: f64,
+    /// The same along the west wall.
+    pub(crate) west_m: f64,
+    /// The same along the east wall.
+    pub(crate) east_m: f64,
 }
 
 /// The circle through an obstacle's corners, millimetres.
@@ -39,23 +45,27 @@ struct Circle {
 impl ConvexField {
     pub(super) fn outlines(&self, size: Size, chance: &mut Chance) -> Result<Vec<Outline>, Misfit> {
         self.check(size)?;
+        let count = match self.count_max > self.count {
+            true => self.count + chance.below(self.count_max - self.count + 1),
+            false => self.count,
+        };
         let mut most = 0;
         for _ in 0..FIELDS_MAX {
-            let circles = self.scatter(size, chance);
-            if circles.len() == self.count {
+            let circles = self.scatter(size, count, chance);
+            if circles.len() == count {
                 let enclosure = vec![[0, 0], [size.width, 0], [size.width, size.height], [0, size.height]];
                 let obstacles = circles.iter().map(|circle| polygon(circle, chance));
                 return Ok(std::iter::once(enclosure).chain(obstacles).collect());
             }
             most = most.max(circles.len());
         }
-        let (gap_m, found) = (self.passage_m, format!("{} obstacles, of which {most} found a place", self.count));
+        let (gap_m, found) = (self.passage_m, format!("{count} obstacles, of which {most} found a place"));
         let expected = format!("as many as fit at random with {gap_m} m between and {} m around", self.margin_m);
         Err(Misfit::new(
-            "count",
+            if self.count_max > self.count { "count_max" } else { "count" },
             found,
             expected,
-            "lower count, size_max_m, passage_m or margin_m, or enlarge the place",
+            "lower it, size_max_m, passage_m or margins, or enlarge the place",
         ))
     }
 
@@ -64,25 +74,36 @@ impl ConvexField {
             let expected = format!("at least size_min_m, {} m", self.size_min_m);
             return Err(Misfit::new("size_max_m", format!("{} m", self.size_max_m), expected, "swap them"));
         }
-        let (margin, largest) = (mm(self.margin_m), mm(self.size_max_m));
-        Room { key: "margin_m", found: margin, least: mm(self.passage_m) }.check("passage_m; robots go around")?;
-        let least = 2 * margin + largest + 4 * ROUNDING;
-        Room { key: "width_m", found: size.width, least }.check("size_max_m and twice margin_m")?;
-        Room { key: "height_m", found: size.height, least }.check("size_max_m and twice margin_m")
+        if self.count_max < self.count {
+            let expected = format!("at least count, {}", self.count);
+            return Err(Misfit::new("count_max", self.count_max.to_string(), expected, "swap them"));
+        }
+        let largest = mm(self.size_max_m) + 4 * ROUNDING;
+        let margins = [("margin_m", self.margin_m), ("margin_west_m", self.west_m), ("margin_east_m", self.east_m)];
+        for (key, margin_m) in margins {
+            let margin = Room { key, found: mm(margin_m), least: mm(self.passage_m) };
+            margin.check("passage_m; robots go around")?;
+        }
+        let [margin, west, east] = margins.map(|(_, margin_m)| mm(margin_m));
+        Room { key: "width_m", found: size.width, least: west + east + largest }
+            .check("size_max_m, margin_west_m and margin_east_m (margin_m unless they are given)")?;
+        Room { key: "height_m", found: size.height, least: 2 * margin + largest }.check("size_max_m and twice margin_m")
     }
 
     /// Circles with room between: all of them, or as many as found a place. The largest come first, which find it
     /// hardest.
-    fn scatter(&self, size: Size, chance: &mut Chance) -> Vec<Circle> {
-        let (margin, passage) = (mm(self.margin_m), mm(self.passage_m));
+    fn scatter(&self, size: Size, count: usize, chance: &mut Chance) -> Vec<Circle> {
+        let [margin, west, east] = [self.margin_m, self.west_m, self.east_m].map(mm);
+        let passage = mm(self.passage_m);
         let (low, high) = (mm(self.size_min_m / 2.0), mm(self.size_max_m / 2.0));
-        let mut radii: Vec<Mm> = (0..self.count).map(|_| chance.between(low, high)).collect();
+        let mut radii: Vec<Mm> = (0..count).map(|_| chance.between(low, high)).collect();
         radii.sort_unstable_by_key(|radius| -radius);
-        let mut circles: Vec<Circle> = Vec::with_capacity(self.count);
+        let mut circles: Vec<Circle> = Vec::with_capacity(count);
         for radius in radii {
-            let rim = margin + radius + ROUNDING;
+            let rim = radius + ROUNDING;
             let place = (0..TRIES_MAX).find_map(|_| {
-                let centre = [chance.between(rim, size.width - rim), chance.between(rim, size.height - rim)];
+                let x = chance.between(west + rim, size.width - east - rim);
+                let centre = [x, chance.between(margin + rim, size.height - margin - rim)];
                 let clear = |other: &Circle| {
                     let apart = radius + other.radius + passage + 2 * ROUNDING;
                     let [x, y] = [centre[0] - other.centre[0], centre[1] - other.centre[1]];

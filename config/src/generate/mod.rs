@@ -29,7 +29,7 @@ pub(crate) use fault::Misfit;
 pub(crate) use field::ConvexField;
 pub(crate) use maze::Maze;
 pub(crate) use office::Office;
-pub(crate) use pocket::{Comb, Tee, U};
+pub(crate) use pocket::{Comb, Pocket, Tee, U};
 pub(crate) use rooms::Rooms;
 pub(crate) use spiral::Spiral;
 pub(crate) use warehouse::Warehouse;
@@ -75,6 +75,8 @@ pub(crate) enum Layout {
     Corridor(Corridor),
     /// A pocket that opens to the west.
     U(U),
+    /// One of random size, turned and moved.
+    Pocket(Pocket),
     /// A bar with a stem to the west.
     T(Tee),
     /// A spiral corridor.
@@ -117,6 +119,7 @@ impl Layout {
         let floor = match self {
             Self::ConvexField(field) => return field.outlines(size, chance),
             Self::Cave(cave) => return cave.outlines(size, chance),
+            Self::Pocket(pocket) => return pocket.outlines(size, chance),
             Self::Rooms(rooms) => rooms.floor(size, chance),
             Self::Office(office) => office.floor(size, chance),
             Self::Warehouse(warehouse) => warehouse.floor(size, chance),

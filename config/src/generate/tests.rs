@@ -25,7 +25,9 @@ fn maze(passage_m: f64, wall_m: f64, loops: f64) -> Layout {
 }
 
 fn field(count: usize) -> ConvexField {
-    ConvexField { count, size_min_m: 0.5, size_max_m: 2.0, passage_m: 1.0, margin_m: 1.5 }
+    let (margin_m, west_m, east_m) = (1.5, 1.5, 1.5);
+    let (size_min_m, size_max_m) = (0.5, 2.0);
+    ConvexField { count, count_max: count, size_min_m, size_max_m, passage_m: 1.0, margin_m, west_m, east_m }
 }
 
 fn office(corridors: usize, desks: usize) -> Layout {
@@ -42,6 +44,11 @@ fn cave(density: f64) -> Cave {
 
 fn corridor(bends: usize) -> Layout {
     Layout::Corridor(Corridor { bends, passage_m: 1.5, wall_m: 0.5 })
+}
+
+fn pocket() -> Pocket {
+    let (opening_m, depth_m, turn_rad_max) = ([2.0, 5.0], [1.0, 4.0], 0.5);
+    Pocket { opening_m, depth_m, wall_m: 0.3, turn_rad_max, offset_m_max: 1.0, passage_m: 1.5 }
 }
 
 fn samples() -> Vec<Sample> {
@@ -64,6 +71,8 @@ fn samples() -> Vec<Sample> {
         sample(Layout::Comb(Comb { pockets: 7, depth_m: 5.0, wall_m: 0.2, passage_m: 1.5 }), 1.5, false),
         sample(Layout::Door(Door { door_m: 0.9, wall_m: 0.2 }), 0.9, false),
     ];
+    samples.push(sample(Layout::ConvexField(ConvexField { count_max: 12, west_m: 5.0, ..field(6) }), 1.0, true));
+    samples.push(sample(Layout::Pocket(pocket()), 1.5, true));
     samples.extend((0..=5).map(|bends| sample(corridor(bends), 1.5, false)));
     samples
 }
@@ -226,6 +235,8 @@ fn what_a_seed_makes_stays_as_it_is() {
         357_746_251,
         64_345_500,
         37_320_250,
+        31_064_692,
+        2_310_142,
     ];
     assert_eq!(sums, known);
 }
@@ -246,12 +257,21 @@ fn what_does_not_fit_is_refused_with_the_key_that_is_to_change() {
         (Layout::Warehouse(rack.clone()), "width_m"),
         (Layout::Warehouse(Warehouse { margin_m: 0.5, ..rack }), "margin_m"),
         (Layout::ConvexField(field(500)), "count"),
+        (Layout::ConvexField(ConvexField { count_max: 600, ..field(500) }), "count_max"),
+        (Layout::ConvexField(ConvexField { count_max: 4, ..field(5) }), "count_max"),
+        (Layout::ConvexField(ConvexField { west_m: 0.5, ..field(5) }), "margin_west_m"),
+        (Layout::ConvexField(ConvexField { east_m: 14.0, ..field(5) }), "width_m"),
         (Layout::ConvexField(ConvexField { size_max_m: 0.1, ..field(5) }), "size_max_m"),
         (Layout::ConvexField(ConvexField { margin_m: 0.1, ..field(5) }), "margin_m"),
         (Layout::ConvexField(ConvexField { size_max_m: 30.0, ..field(5) }), "width_m"),
         (Layout::Cave(Cave { clear_radius_m: 0.0, ..cave(0.9) }), "density"),
         (Layout::Cave(Cave { passage_m: 0.05, ..cave(0.4) }), "passage_m"),
         (Layout::Cave(Cave { clear_m: [99.0, 3.0], ..cave(0.4) }), "clear_x_m"),
+        (Layout::Pocket(Pocket { opening_m: [3.0, 2.0], ..pocket() }), "opening_max_m"),
+        (Layout::Pocket(Pocket { depth_m: [3.0, 2.0], ..pocket() }), "depth_max_m"),
+        (Layout::Pocket(Pocket { passage_m: 2.1, ..pocket() }), "opening_min_m"),
+        (Layout::Pocket(Pocket { depth_m: [3.0, 20.0], ..pocket() }), "width_m"),
+        (Layout::Pocket(Pocket { offset_m_max: 1.6, ..pocket() }), "height_m"),
         (Layout::U(u.clone()), "opening_m"),
         (Layout::U(U { opening_m: 7.0, ..u }), "width_m"),
         (Layout::T(Tee { bar_m: 0.5, stem_m: 3.0, wall_m: 0.2, passage_m: 1.0 }), "bar_m"),
@@ -287,10 +307,11 @@ fn any_layout() -> impl Strategy<Value = Layout> {
     // From 2 cm to 30 m, small ones as often as large ones.
     let length_m = (-3.9..3.4_f64).prop_map(libm::exp);
     let numbers = (prop::array::uniform5(length_m), prop::array::uniform2(1..12_usize), 0.0..=1.0_f64);
-    (0..12, numbers).prop_map(|(kind, ([a, b, c, d, e], [m, n], share))| match kind {
+    (0..13, numbers).prop_map(|(kind, ([a, b, c, d, e], [m, n], share))| match kind {
         0 => {
             let (size_min_m, size_max_m) = (a, a + b);
-            Layout::ConvexField(ConvexField { count: n, size_min_m, size_max_m, passage_m: c, margin_m: d })
+            let margins = ConvexField { passage_m: c, margin_m: d, west_m: e, east_m: d.max(e), ..field(n) };
+            Layout::ConvexField(ConvexField { count_max: n + m, size_min_m, size_max_m, ..margins })
         }
         1 => Layout::Rooms(Rooms { columns: m, rows: n, door_m: a, wall_m: b, loops: share }),
         2 => Layout::Office(Office { corridors: m, passage_m: a, room_m: b, door_m: c, wall_m: d, desks: n }),
@@ -308,7 +329,12 @@ fn any_layout() -> impl Strategy<Value = Layout> {
         8 => Layout::T(Tee { bar_m: a, stem_m: b, wall_m: c, passage_m: d }),
         9 => Layout::Spiral(Spiral { turns: n, passage_m: a, wall_m: b }),
         10 => Layout::Comb(Comb { pockets: n, depth_m: a, wall_m: b, passage_m: e }),
-        _ => Layout::Door(Door { door_m: a, wall_m: b }),
+        11 => Layout::Door(Door { door_m: a, wall_m: b }),
+        _ => {
+            let (opening_m, depth_m) = ([a, a + b], [c, c + d]);
+            let (wall_m, turn_rad_max, offset_m_max) = (e, 3.0 * share, share * m as f64);
+            Layout::Pocket(Pocket { opening_m, depth_m, wall_m, turn_rad_max, offset_m_max, passage_m: 0.5 })
+        }
     })
 }
 

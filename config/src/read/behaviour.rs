@@ -1,5 +1,6 @@
 //! Reads what a swarm is to do.
 
+use super::deploy::deploy;
 use crate::reader::Table;
 use crate::{Behaviour, Diffuse, Flock};
 
@@ -8,9 +9,10 @@ const WAYPOINTS_MAX: usize = 10_000;
 
 /// Reads `[behaviour]`.
 pub(crate) fn behaviour(table: &mut Table<'_>) -> Option<Behaviour> {
-    match table.word("kind", &["flock", "diffuse"])? {
+    match table.word("kind", &["flock", "diffuse", "deploy"])? {
         0 => flock(table).map(Behaviour::Flock),
-        _ => diffuse(table).map(Behaviour::Diffuse),
+        1 => diffuse(table).map(Behaviour::Diffuse),
+        _ => deploy(table).map(Behaviour::Deploy),
     }
 }
 

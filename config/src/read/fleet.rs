@@ -17,8 +17,12 @@ pub(crate) struct FleetParts {
     pub(crate) layout: Option<Layout>,
     /// Inner `None`: the bounds of the world.
     pub(crate) region_m: Option<Option<[[f64; 2]; 2]>>,
+    /// Inner `None`: the layout stays where it is.
+    pub(crate) shift_m: Option<Option<[[f64; 2]; 2]>>,
     /// Inner `None`: four radii.
     pub(crate) spacing_m: Option<Option<f64>>,
+    /// Inner `None`: robots may start far from each other.
+    pub(crate) linked_m: Option<Option<f64>>,
     /// Inner `None`: what the layout says.
     pub(crate) yaw_rad: Option<Option<f64>>,
 }
@@ -42,10 +46,12 @@ pub(crate) fn fleet(table: &mut Table<'_>) -> Option<FleetParts> {
         0 => Layout::Grid,
         _ => Layout::Random,
     });
-    let region_m = table.optional_region("region_m");
+    let region_m = table.optional_region("region_m", "the bounds of the world's enclosure or map");
+    let shift_m = table.optional_region("shift_m", "none");
     // Two bodies' widths from centre to centre: a body fits between.
     let spacing_m = table.derived_number("spacing_m", 0.04..=1_000.0, "four radii");
+    let linked_m = table.derived_number("linked_m", 0.04..=10_000.0, "none");
     let yaw_rad = table.derived_number("yaw_rad", -TAU..=TAU, "0, or random if the layout is");
     let path = table.path().to_owned();
-    Some(FleetParts { path, kind, count, first_id, layout, region_m, spacing_m, yaw_rad })
+    Some(FleetParts { path, kind, count, first_id, layout, region_m, shift_m, spacing_m, linked_m, yaw_rad })
 }

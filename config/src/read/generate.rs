@@ -2,15 +2,17 @@
 
 use crate::Polygon;
 use crate::generate::{
-    Cave, Comb, ConvexField, Corridor, Door, Generate, Layout, Maze, Office, Rooms, Spiral, Tee, U, Warehouse, generate,
+    Cave, Comb, ConvexField, Corridor, Door, Generate, Layout, Maze, Office, Pocket, Rooms, Spiral, Tee, U, Warehouse,
+    generate,
 };
 use crate::reader::Table;
+use std::f64::consts::{FRAC_PI_6, PI};
 
 /// How a layout's own keys are read.
 type Read = fn(&mut Table<'_>) -> Option<Layout>;
 
 /// A layout in which chance has no part has no seed.
-const KINDS: [(&str, Read, bool); 12] = [
+const KINDS: [(&str, Read, bool); 13] = [
     ("convex_field", convex_field, true),
     ("rooms", rooms, true),
     ("office", office, true),
@@ -19,6 +21,7 @@ const KINDS: [(&str, Read, bool); 12] = [
     ("cave", cave, true),
     ("corridor", corridor, false),
     ("u", u, false),
+    ("pocket", pocket, true),
     ("t", tee, false),
     ("spiral", spiral, false),
     ("comb", comb, false),
@@ -83,16 +86,25 @@ fn count(table: &mut Table<'_>, key: &'static str, most: u32, default: u32) -> O
 
 fn convex_field(table: &mut Table<'_>) -> Option<Layout> {
     let count = count(table, "count", 500, 20);
+    // As many for every seed.
+    let count_max = table.optional_integer("count_max", 1..=500, "count");
     // From a pillar to a car.
     let size_min_m = table.number("size_min_m", 0.1..=100.0, Some(0.5));
     let size_max_m = table.number("size_max_m", 0.1..=100.0, Some(2.0));
     let (passage_m, margin_m) = (passage_m(table), margin_m(table));
+    let west_m = table.derived_number("margin_west_m", 0.2..=500.0, "margin_m");
+    let east_m = table.derived_number("margin_east_m", 0.2..=500.0, "margin_m");
+    let (count, margin_m) = (count?, margin_m?);
+    let count_max = count_max?.map_or(Some(count), |most| usize::try_from(most).ok());
     Some(Layout::ConvexField(ConvexField {
-        count: count?,
+        count,
+        count_max: count_max?,
         size_min_m: size_min_m?,
         size_max_m: size_max_m?,
         passage_m: passage_m?,
-        margin_m: margin_m?,
+        margin_m,
+        west_m: west_m?.unwrap_or(margin_m),
+        east_m: east_m?.unwrap_or(margin_m),
     }))
 }
 
@@ -172,6 +184,26 @@ fn u(table: &mut Table<'_>) -> Option<Layout> {
     let opening_m = table.number("opening_m", 0.2..=500.0, Some(5.4));
     let (depth_m, wall_m, passage_m) = (depth_m(table), wall_m(table), passage_m(table));
     Some(Layout::U(U { opening_m: opening_m?, depth_m: depth_m?, wall_m: wall_m?, passage_m: passage_m? }))
+}
+
+fn pocket(table: &mut Table<'_>) -> Option<Layout> {
+    // From a little more than the flocking paper's U, in which a swarm of a dozen hardly finds room, to twice of it.
+    let opening_min_m = table.number("opening_min_m", 0.2..=500.0, Some(6.0));
+    let opening_max_m = table.number("opening_max_m", 0.2..=500.0, Some(12.0));
+    let depth_min_m = table.number("depth_min_m", 0.2..=500.0, Some(5.0));
+    let depth_max_m = table.number("depth_max_m", 0.2..=500.0, Some(10.0));
+    // As far as it still catches whoever comes from the west.
+    let turn_rad_max = table.number("turn_rad_max", 0.0..=PI, Some(FRAC_PI_6));
+    let offset_m_max = table.number("offset_m_max", 0.0..=100.0, Some(2.0));
+    let (wall_m, passage_m) = (wall_m(table), passage_m(table));
+    Some(Layout::Pocket(Pocket {
+        opening_m: [opening_min_m?, opening_max_m?],
+        depth_m: [depth_min_m?, depth_max_m?],
+        wall_m: wall_m?,
+        turn_rad_max: turn_rad_max?,
+        offset_m_max: offset_m_max?,
+        passage_m: passage_m?,
+    }))
 }
 
 fn tee(table: &mut Table<'_>) -> Option<Layout> {

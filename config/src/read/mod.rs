@@ -1,6 +1,7 @@
 //! From a tree to values: one file for each part of a configuration.
 
 pub(crate) mod behaviour;
+pub(crate) mod deploy;
 pub(crate) mod fleet;
 pub(crate) mod generate;
 pub(crate) mod kind;

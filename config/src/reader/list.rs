@@ -87,10 +87,11 @@ impl<'r> Table<'r> {
         if self.has(key) { self.points(key, count) } else { Some(Vec::new()) }
     }
 
-    /// Two points, the south-west and the north-east corner of a rectangle, metres; it may be absent.
-    pub(crate) fn optional_region(&mut self, key: &'static str) -> Option<Option<[[f64; 2]; 2]>> {
+    /// Two points, the south-west and the north-east corner of a rectangle, metres; it may be absent:
+    /// `otherwise` says what counts then.
+    pub(crate) fn optional_region(&mut self, key: &'static str, otherwise: &str) -> Option<Option<[[f64; 2]; 2]>> {
         const ALLOWED: &str = "two points [[x_min, y_min], [x_max, y_max]]";
-        self.optional(key, ALLOWED, "the bounds of the world's enclosure or map");
+        self.optional(key, ALLOWED, otherwise);
         let Some(node) = self.fields.get(key).map(|field| &field.node) else { return Some(None) };
         let Some([low, high]) = node.items() else {
             self.wrong(key, node, ALLOWED, "write the south-west corner and the north-east one");

@@ -109,6 +109,11 @@ impl<'r> Table<'r> {
         self.report.push(at, &join(&self.path, key), words);
     }
 
+    /// A key that must be there, but for one that may stand in its place, is not; `expected` says both.
+    pub(crate) fn missing(&mut self, key: &str, expected: &str) {
+        self.report.missing(self.at, &join(&self.path, key), expected);
+    }
+
     /// A key that need not be there is known all the same.
     fn optional(&mut self, key: &'static str, allowed: &str, default: &str) {
         self.know(key, allowed, Some(default.to_owned()));

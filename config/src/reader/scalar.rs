@@ -167,6 +167,12 @@ impl Table<'_> {
         }
     }
 
+    /// true or false, that follows from another key unless it is given; `shown` says how.
+    pub(crate) fn derived_bool(&mut self, key: &'static str, default: bool, shown: &str) -> Option<bool> {
+        self.optional(key, "true or false", shown);
+        if self.has(key) { self.bool(key, None) } else { Some(default) }
+    }
+
     /// Text that `rule` accepts; `default` if it is not there, missing without one.
     pub(crate) fn text(&mut self, key: &'static str, rule: &TextRule, default: Option<&str>) -> Option<String> {
         let shown = default.map(|value| format!("{value:?}"));
@@ -222,9 +228,20 @@ impl Table<'_> {
     /// One of `words`, the first of which is the default; no other key depends on it. Its index.
     pub(crate) fn choice(&mut self, key: &'static str, words: &[&str]) -> Option<usize> {
         let default = words.first().map(|word| format!("{word:?}"));
-        self.optional(key, &one_of(words), &default.unwrap_or_default());
+        self.derived_choice(key, words, (0, &default.unwrap_or_default()))
+    }
+
+    /// One of `words`, on which no other key depends; without it the one at `default`, of which `shown` says why. Its
+    /// index.
+    pub(crate) fn derived_choice(
+        &mut self,
+        key: &'static str,
+        words: &[&str],
+        (default, shown): (usize, &str),
+    ) -> Option<usize> {
+        self.optional(key, &one_of(words), shown);
         if !self.has(key) {
-            return Some(0);
+            return Some(default);
         }
         let undecided = self.undecided;
         let index = self.word(key, words);

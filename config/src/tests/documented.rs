@@ -92,6 +92,10 @@ fn accepted() -> Keys {
     ];
     let more = more.map(|set| Override::parse(set).expect("a key"));
     assert!(read(&mut report, &path, &more, load::read_swarm).is_some());
+    // Another report: keys that two behaviours share stand on the page once.
+    let mut deploy = Report::default();
+    assert!(read(&mut deploy, &shipped("swarms/deploy_exp1.toml"), &[], load::read_swarm).is_some());
+    keep(&mut keys, SWARM, &deploy, &["kinds.NAME.", "world."]);
     let mut world = Report::default();
     let room = Override::parse("polylines=[{ points_m = [[1, 1], [2, 1]] }]").expect("a key");
     assert!(read(&mut world, &shipped("worlds/room.toml"), &[room], load::read_world).is_some());

@@ -88,6 +88,40 @@ fn random_places_keep_their_distance_and_follow_from_the_seed() {
 }
 
 #[test]
+fn a_moved_layout_keeps_its_shape_and_follows_from_the_seed() {
+    let row = "[[fleet]]\nkind = \"scout_mini\"\ncount = 5\nregion_m = [[-30, -30], [-20, -28]]\n";
+    let still = Bench::new(row).swarm(&[]);
+    let bench = Bench::new(&format!("{row}shift_m = [[-2, 10], [2, 11]]\n"));
+    let moved = bench.swarm(&[]);
+    let offset = |swarm: &Swarm, index: usize| {
+        let (robot, other) = (swarm.robots[index].start, still.robots[index].start);
+        [robot.x_m - other.x_m, robot.y_m - other.y_m]
+    };
+    let [x_m, y_m] = offset(&moved, 0);
+    assert!((-2.0..=2.0).contains(&x_m) && (10.0..=11.0).contains(&y_m));
+    let same =
+        |index: usize| offset(&moved, index).iter().zip([x_m, y_m]).all(|(own, first)| (own - first).abs() < 1e-9);
+    assert!((0..5).all(same));
+    assert_eq!(bench.swarm(&[]), moved);
+    assert_ne!(bench.swarm(&["seed=2"]).robots, moved.robots);
+}
+
+#[test]
+fn linked_places_are_near_to_an_earlier_one_and_others_stay_where_they_were() {
+    let fleet = "[[fleet]]\nkind = \"scout_mini\"\ncount = 60\nlayout = \"random\"\nspacing_m = 2\n";
+    let swarm = Bench::new(&format!("{fleet}linked_m = 3\n")).swarm(&[]);
+    for (index, robot) in swarm.robots.iter().enumerate().skip(1) {
+        let earlier = swarm.robots[..index].iter().map(|other| other.start);
+        let gap_m = |other: crate::Start| libm::hypot(robot.start.x_m - other.x_m, robot.start.y_m - other.y_m);
+        let nearest_m = earlier.map(gap_m).fold(f64::INFINITY, f64::min);
+        assert!((2.0..=3.0).contains(&nearest_m), "{nearest_m}");
+    }
+    // So wide a link holds nobody back: it draws no chance of its own.
+    let free = Bench::new(fleet).swarm(&[]);
+    assert_eq!(Bench::new(&format!("{fleet}linked_m = 1000\n")).swarm(&[]), free);
+}
+
+#[test]
 fn a_hundred_thousand_robots_fit_into_a_few_lines() {
     let text = "[[fleet]]\nkind = \"scout_mini\"\ncount = 60000\nregion_m = [[-10000, 60], [10000, 10000]]\n\
                 [[fleet]]\nkind = \"scout_mini\"\ncount = 40000\nfirst_id = 60001\nlayout = \"random\"\n\
@@ -122,6 +156,16 @@ fn fleets_that_cannot_be_are_refused_with_words() {
             "\"grid\", \"random\"",
             "did you mean \"grid\"?",
         ),
+        ("count = 9\nlinked_m = 3", "fleet[0].linked_m", "3 beside", "a random layout", "choose spacing_m"),
+        (
+            "count = 9\nlayout = \"random\"\nspacing_m = 2\nlinked_m = 1.9",
+            "fleet[0].linked_m",
+            "1.9",
+            "at least spacing_m, 2",
+            "raise it",
+        ),
+        ("count = 9\nshift_m = [[1, 0], [0, 1]]", "fleet[0].shift_m", "[[1, 0], [0, 1]]", "min below", "swap"),
+        ("count = 9\nshift_m = 3", "fleet[0].shift_m", "3", "two points", "corner"),
         ("count = 9\nspacing = 1", "fleet[0].spacing", "unknown key", "spacing_m", "did you mean 'spacing_m'?"),
     ];
     for (lines, key, found, allowed, advice) in cases {

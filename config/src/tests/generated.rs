@@ -36,7 +36,7 @@ fn in_field(folder: &Path, more: &str) -> Swarm {
 
 #[test]
 fn every_shipped_generated_world_loads_and_is_named_as_its_kind() {
-    assert_eq!(worlds().len(), 12);
+    assert_eq!(worlds().len(), 13);
     for path in worlds() {
         let world = load_world(&path).unwrap_or_else(|problems| panic!("{problems}"));
         assert_eq!(Some(world.name.as_str()), path.file_stem().and_then(|stem| stem.to_str()));

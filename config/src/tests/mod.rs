@@ -2,6 +2,7 @@
 
 mod bad;
 mod bad_places;
+mod deploy;
 mod documented;
 mod fleets;
 mod generated;

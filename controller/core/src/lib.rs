@@ -7,10 +7,12 @@
 //!
 //! [`Node`] is the wiring. Every stage is a pure function or a small state machine in a file of its own.
 
+pub mod avoid;
 mod cadence;
 mod estimate;
 mod law;
 mod limit;
+pub mod links;
 mod mailbox;
 mod node;
 mod peers;
@@ -20,7 +22,7 @@ mod supervisor;
 #[cfg(test)]
 mod testing;
 
-pub use law::Diffusion;
+pub use law::{Diffusion, deploy};
 pub use node::{Node, Workspace};
 pub use peers::Roster;
 pub use status::{Counters, HeardPeer, Status};

@@ -12,7 +12,7 @@ use crate::supervisor::conditions::{Ages, RequestFact};
 use crate::supervisor::{self, Conditions, GuardParams, Obstacles, Reason, StopReason, Supervisor, Verdict, near_side};
 use drover_config::{Drive, Mount, RobotFile, Timeouts};
 use drover_contract::{
-    Beacon, BehaviourState, DriveState, Event, Limits, Pose, RobotId, SafeCommand, Scan, Stamp, Twist, Vec2,
+    Beacon, BehaviourState, Event, Limits, Pose, RobotId, SafeCommand, Scan, Stamp, Twist, Vec2,
 };
 use nalgebra::Isometry2;
 use std::sync::Arc;
@@ -101,7 +101,7 @@ impl Node {
             guard,
             mount: mount_of(&file.kind.lidar.mount),
             workspace: Workspace::default(),
-            status: first_status(now, start_wb),
+            status: Status::first(now, start_wb),
         }
     }
 
@@ -340,32 +340,6 @@ fn guard_params(file: &RobotFile, tick: Duration) -> GuardParams {
         margin_m: motion.margin_m,
         latency_s: LATENCY_S,
         tick_s: tick.as_secs_f64(),
-    }
-}
-
-fn first_status(now: Stamp, start_wb: Pose) -> Status {
-    Status {
-        stamp: now,
-        drive: DriveState::Silent,
-        verdict: Verdict::Waiting(Reason::DriveSilent),
-        state: BehaviourState::Waiting,
-        pose_wb: start_wb,
-        pos_bound_m: 0.0,
-        twist_b: Twist::ZERO,
-        request: None,
-        command: SafeCommand::STOP,
-        changed: None,
-        target_w: None,
-        nearest_m: None,
-        scan_age: None,
-        odometry_age: None,
-        progress: 0.0,
-        reached: false,
-        path_m: 0.0,
-        peers_heard: 0,
-        battery: None,
-        text: None,
-        counters: Counters::default(),
     }
 }
 

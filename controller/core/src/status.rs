@@ -1,6 +1,6 @@
 //! What a robot says of itself: for the terminal, the recording and the summary.
 
-use crate::supervisor::Verdict;
+use crate::supervisor::{Reason, Verdict};
 use drover_contract::{Battery, BehaviourState, DriveState, Pose, RobotId, SafeCommand, Severity, Stamp, Twist, Vec2};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -50,6 +50,36 @@ pub struct Status {
     pub text: Option<(Severity, String)>,
     /// What has been counted since the start.
     pub counters: Counters,
+}
+
+impl Status {
+    /// A robot that has not ticked yet.
+    #[must_use]
+    pub fn first(now: Stamp, start_wb: Pose) -> Self {
+        Self {
+            stamp: now,
+            drive: DriveState::Silent,
+            verdict: Verdict::Waiting(Reason::DriveSilent),
+            state: BehaviourState::Waiting,
+            pose_wb: start_wb,
+            pos_bound_m: 0.0,
+            twist_b: Twist::ZERO,
+            request: None,
+            command: SafeCommand::STOP,
+            changed: None,
+            target_w: None,
+            nearest_m: None,
+            scan_age: None,
+            odometry_age: None,
+            progress: 0.0,
+            reached: false,
+            path_m: 0.0,
+            peers_heard: 0,
+            battery: None,
+            text: None,
+            counters: Counters::default(),
+        }
+    }
 }
 
 /// A peer that is heard.

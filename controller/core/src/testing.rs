@@ -2,8 +2,9 @@
 
 use crate::{Node, StopReason};
 use drover_config::{
-    AgilexModel, BeaconPlane, Behaviour, Body, Drive, Flock, Kind, Lidar, LidarLink, Links, Motion, Mount, Peer, Robot,
-    RobotFile, Sim, SimMotion, Start, Timeouts,
+    AgilexModel, Assignment, BeaconPlane, Behaviour, Body, Deploy, DeployGuard, DeployMode, DeploySteer, Drive, Escape,
+    Exchange, Flock, Forces, KeptLinks, Kind, Lidar, LidarLink, Links, Motion, Mount, Peer, Robot, RobotFile, Rotation,
+    Sim, SimMotion, Start, Timeouts,
 };
 use drover_contract::{
     Beacon, Beam, BehaviourState, DriveState, Event, Limits, Odometry, Pose, RobotId, Scan, Stamp, Twist, Vec2,
@@ -57,6 +58,41 @@ pub(crate) fn flock_config(waypoints_m: Vec<[f64; 2]>) -> Flock {
         damping_per_s: 1.5,
         mass_kg: 1.0,
         inertia_kgm2: 0.04,
+    }
+}
+
+/// Deployment to `targets_m` with the paper's numbers; the literal paper's choices or those that ship.
+pub(crate) fn deploy_config(mode: DeployMode, targets_m: Vec<[f64; 2]>) -> Deploy {
+    let safe = mode == DeployMode::Safe;
+    Deploy {
+        mode,
+        targets_m,
+        range_m: 7.0,
+        speed_mps: 0.5,
+        period_s: 1.0,
+        exchange: Exchange::Snapshot,
+        links: if safe { KeptLinks::Lmst } else { KeptLinks::Rng },
+        hops: if safe { 0 } else { 1 },
+        goalward: if safe { 0.6 } else { 0.0 },
+        spread: if safe { 0.5 } else { 0.0 },
+        assignment: Assignment::Given,
+        rotation: Rotation::Independent,
+        forces: Forces::Sslp,
+        guard: if safe { DeployGuard::Full } else { DeployGuard::None },
+        steer: DeploySteer::Heading,
+        follow: safe,
+        escape: Escape::None,
+        goal_gain: if safe { 1.0 } else { 0.2 },
+        link_gain: if safe { 2.0 } else { 0.4 },
+        repel_gain: if safe { 2.0 } else { 0.4 },
+        view_rad: std::f64::consts::FRAC_PI_4,
+        epsilon_m: 0.2,
+        avoid_m_min: 0.2,
+        interval_m: 2.5,
+        robot_gap_m: 0.3,
+        wall_gap_m: 0.3,
+        arrive_m: 0.25,
+        peer_lost_s: 5.0,
     }
 }
 

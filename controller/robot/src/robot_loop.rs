@@ -229,7 +229,7 @@ impl RobotLoop {
                     self.node.handle_stop(now, StopReason::Operator);
                 }
             }
-            Ok(Message::Beacon { .. } | Message::Stop { .. }) => {}
+            Ok(Message::Beacon { .. } | Message::Links { .. } | Message::Stop { .. }) => {}
             Err(_) => self.beacons_refused += 1,
         }
     }

@@ -1,13 +1,15 @@
-//! What robots broadcast to each other: DROVER_BEACON and DROVER_STOP of our own dialect, `dialect/drover.xml`.
+//! What robots broadcast to each other: DROVER_BEACON, DROVER_LINKS (in `links.rs`) and DROVER_STOP of our own dialect,
+//! `dialect/drover.xml`.
 //!
 //! One MAVLink 2 frame a datagram. DROVER_BEACON carries 59 bytes of state (71 bytes on the wire with header and CRC
 //! at most) and keeps 64 more for a signature that is not made yet: zeros at a payload's end are not sent, so it costs
 //! nothing. Fields stand in the XML file's order, which is MAVLink's order too (falling size). The swarm's hash keeps
 //! two swarms on one group apart; it is no protection against a hostile sender.
 
+use crate::links::{LINKS, LINKS_BYTES_MAX, LINKS_EXTRA_CRC, read_links};
 use crate::mavlink::raw::Raw;
 use crate::mavlink::wire::{Emitter, Skipped, frames_of};
-use drover_contract::{Beacon, BehaviourState, MavId, Pose, RobotId, Stamp, Twist};
+use drover_contract::{Beacon, BehaviourState, LinkReport, MavId, Pose, RobotId, Stamp, Twist};
 use std::f64::consts::PI;
 use thiserror::Error;
 
@@ -24,7 +26,7 @@ const COMPONENT: u8 = 191;
 const REASON_OPERATOR: u8 = 0;
 
 /// No robot is farther from the origin, faster, or bigger: such a beacon is nonsense.
-const POSITION_M_MAX: f64 = 1.0e6;
+pub(crate) const POSITION_M_MAX: f64 = 1.0e6;
 const RATE_MAX: f64 = 100.0;
 const ACCEL_MPS2_MAX: f64 = 1.0e3;
 const RADIUS_M_MAX: f64 = 100.0;
@@ -32,7 +34,7 @@ const RADIUS_M_MAX: f64 = 100.0;
 const YAW_RAD_MAX: f64 = PI + 1.0e-6;
 
 /// What a datagram of the beacon plane says.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Message {
     /// The state of a robot.
     Beacon {
@@ -40,6 +42,13 @@ pub enum Message {
         swarm: u32,
         /// The state.
         beacon: Beacon,
+    },
+    /// The links of a robot.
+    Links {
+        /// [`swarm_hash`] of its swarm's name.
+        swarm: u32,
+        /// The links: boxed, for it is ten times as big as the others.
+        report: Box<LinkReport>,
     },
     /// Stop, latched.
     Stop {
@@ -60,7 +69,7 @@ pub enum DecodeError {
     #[error("not one whole MAVLink 2 frame with a right checksum")]
     Frame,
     /// A good frame of something else.
-    #[error("message {0} is neither a beacon nor a stop")]
+    #[error("message {0} is none of the beacon plane")]
     Foreign(u32),
     /// The header speaks for another robot than the payload.
     #[error("header and payload name different robots")]
@@ -125,7 +134,7 @@ pub fn encode_stop(swarm: u32, robot: Option<RobotId>, seq: u8) -> Vec<u8> {
     emitter(RobotId(0), seq).encode_raw(STOP, STOP_EXTRA_CRC, &payload)
 }
 
-fn emitter(robot: RobotId, seq: u8) -> Emitter {
+pub(crate) fn emitter(robot: RobotId, seq: u8) -> Emitter {
     Emitter::starting_at(MavId { system: system_window(robot), component: COMPONENT }, seq)
 }
 
@@ -146,6 +155,7 @@ pub fn decode(datagram: &[u8]) -> Result<Message, DecodeError> {
     let raw = Raw(frame.payload);
     match frame.message {
         BEACON if frame.payload.len() <= BEACON_BYTES_MAX => read_beacon(raw, frame.from.system),
+        LINKS if frame.payload.len() <= LINKS_BYTES_MAX => read_links(raw, frame.from.system),
         STOP if frame.payload.len() <= STOP_BYTES_MAX => Ok(read_stop(raw)),
         _ => Err(DecodeError::Oversized(datagram.len())),
     }
@@ -154,6 +164,7 @@ pub fn decode(datagram: &[u8]) -> Result<Message, DecodeError> {
 fn extra_crc(message: u32) -> Option<u8> {
     match message {
         BEACON => Some(BEACON_EXTRA_CRC),
+        LINKS => Some(LINKS_EXTRA_CRC),
         STOP => Some(STOP_EXTRA_CRC),
         _ => None,
     }

@@ -2,4 +2,5 @@
 
 pub mod beacon;
 pub mod can;
+pub mod links;
 pub mod mavlink;

@@ -10,6 +10,7 @@ mod event;
 mod frame;
 mod id;
 mod link;
+mod links;
 pub mod math;
 mod scan;
 mod stamp;
@@ -21,5 +22,8 @@ pub use event::{Battery, DriveState, Event, Odometry, PoseFix, Severity, Watchdo
 pub use frame::{Pose, Twist, Vec2, wrap};
 pub use id::{CanNode, MavId, RobotId};
 pub use link::{BusHealth, CanBus, Clock, Link, LinkError};
+pub use links::{
+    Departure, EDGES_TOLD_MAX, LINKS_TOLD_MAX, LinkEdge, LinkEntry, LinkReport, RootOffer, WEIGHT_M_MAX, on_grid_m,
+};
 pub use scan::{Beam, Scan};
 pub use stamp::Stamp;

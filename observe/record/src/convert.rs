@@ -111,6 +111,7 @@ fn of_behaviour(behaviour: &Behaviour) -> Setting {
             Setting { behaviour: "flock".into(), route_m: flock.waypoints_m.clone(), goal, ..Setting::default() }
         }
         Behaviour::Diffuse(_) => Setting { behaviour: "diffuse".into(), ..Setting::default() },
+        Behaviour::Deploy(_) => Setting { behaviour: "deploy".into(), ..Setting::default() },
     }
 }
 

@@ -1,5 +1,6 @@
 //! Many runs of one swarm, one a seed, side by side on all cores.
 
+use crate::deployment::DeployFigures;
 use crate::statistics::{Spread, Worst};
 use crate::trace::Trace;
 use crate::trial::{Fidelity, Trial, TrialResult, Watch, run_trial, trial_of};
@@ -149,5 +150,22 @@ fn summarise(runs: &[TrialResult]) -> BTreeMap<&'static str, Spread> {
         ("beacons_lost", numbers(|run| run.beacons_lost as f64, Worst::Largest)),
         ("bytes_per_robot", numbers(|run| run.bytes_per_robot as f64, Worst::Largest)),
     ];
-    rows.into_iter().filter_map(|(name, spread)| Some((name, spread?))).collect()
+    let deployments = deployment_rows(runs);
+    rows.into_iter().chain(deployments).filter_map(|(name, spread)| Some((name, spread?))).collect()
+}
+
+/// The numbers that only deployments have.
+fn deployment_rows(runs: &[TrialResult]) -> [(&'static str, Option<Spread>); 7] {
+    let figures = || runs.iter().filter_map(|run| run.deploy.as_ref());
+    let numbers = |of: fn(&DeployFigures) -> f64, worst| Spread::of_numbers(figures().map(of), worst);
+    let lambda2 = Spread::of_numbers(figures().filter_map(|run| run.lambda2_min), Worst::Smallest);
+    [
+        ("connected_always", Spread::of_truths(figures().map(|run| run.connected_always), Worst::Smallest)),
+        ("lambda2_min", lambda2),
+        ("time_disconnected_s", numbers(|run| run.time_disconnected_s, Worst::Largest)),
+        ("arrived_fraction", numbers(|run| run.arrived_fraction, Worst::Smallest)),
+        ("tunnelled", numbers(|run| run.tunnelled as f64, Worst::Largest)),
+        ("guard_changed_fraction", numbers(|run| run.guard_changed_fraction, Worst::Largest)),
+        ("messages_bytes", numbers(|run| run.messages_bytes as f64, Worst::Largest)),
+    ]
 }

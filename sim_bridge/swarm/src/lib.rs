@@ -7,9 +7,11 @@
 
 mod batch;
 mod children;
+mod deployment;
 mod digest;
 mod direct;
 mod ether;
+mod points;
 mod recording;
 mod rehearsal;
 mod seen;
@@ -22,7 +24,9 @@ mod up;
 mod watcher;
 
 pub use batch::{Batch, BatchResult, Progress};
+pub use deployment::DeployFigures;
 pub use direct::DirectSwarm;
+pub use points::PointSwarm;
 pub use recording::RunFolder;
 pub use rehearsal::VirtualSwarm;
 pub use statistics::{Spread, Worst};

@@ -123,7 +123,8 @@ pub(crate) fn end_of(behaviour: &Behaviour) -> Option<([f64; 2], f64)> {
             let last = flock.waypoints_m.last().copied().unwrap_or_default();
             Some((last, flock.arrive_radius_m.max(flock.waypoint_radius_m)))
         }
-        Behaviour::Diffuse(_) => None,
+        // Of a deployment everybody ends somewhere else.
+        Behaviour::Diffuse(_) | Behaviour::Deploy(_) => None,
     }
 }
 

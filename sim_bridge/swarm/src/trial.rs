@@ -1,10 +1,12 @@
 //! One run of a swarm in virtual time, whatever stands between robots and world, and what is measured of it.
 
+use crate::deployment::{DeployFigures, Deployment, is_of_points};
 use crate::digest::Digest;
 use crate::direct::DirectSwarm;
+use crate::points::PointSwarm;
 use crate::rehearsal::VirtualSwarm;
 use crate::summary::end_of;
-use drover_config::Swarm;
+use drover_config::{Behaviour, Deploy, Swarm};
 use drover_contract::{Stamp, Vec2};
 use drover_core::Status;
 use drover_io::OpenError;
@@ -42,6 +44,10 @@ pub trait Trial {
     fn aged_commands(&self) -> u64;
     /// Heap bytes held for robots and bodies; the place itself apart.
     fn bytes(&self) -> usize;
+    /// What the robots said to each other, bytes; 0 where beacons travel as values.
+    fn messages_bytes(&self) -> u64 {
+        0
+    }
 }
 
 /// One run, in one flat object: numbers, truths and words, no time of day and nothing of the machine.
@@ -81,6 +87,9 @@ pub struct TrialResult {
     pub beacons_lost: u64,
     /// Heap bytes held at the end, per robot; the place itself apart.
     pub bytes_per_robot: u64,
+    /// Of a deployment: more numbers, beside the others.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub deploy: Option<DeployFigures>,
 }
 
 /// What is looked at while a run goes on.
@@ -101,7 +110,10 @@ impl<F: FnMut(&dyn Trial) -> bool> Watch for F {
 /// [`OpenError`] if a robot's links do not fit its kind (wire only).
 pub fn trial_of(swarm: &Swarm, fidelity: Fidelity, recorder: Option<&Recorder>) -> Result<Box<dyn Trial>, OpenError> {
     Ok(match (fidelity, recorder) {
-        (Fidelity::Direct, _) => Box::new(DirectSwarm::new(swarm)),
+        (Fidelity::Direct, _) => match deploys(swarm).filter(|_| is_of_points(swarm)) {
+            Some(deploy) => Box::new(PointSwarm::new(swarm, deploy)),
+            None => Box::new(DirectSwarm::new(swarm)),
+        },
         (Fidelity::Wire, Some(recorder)) => Box::new(VirtualSwarm::recorded(swarm, recorder)?),
         (Fidelity::Wire, None) => Box::new(VirtualSwarm::unrecorded(swarm)?),
     })
@@ -112,16 +124,53 @@ pub fn trial_of(swarm: &Swarm, fidelity: Fidelity, recorder: Option<&Recorder>) 
 pub fn run_trial(swarm: &Swarm, trial: &mut dyn Trial, watch: &mut dyn Watch) -> Option<TrialResult> {
     let limit = Stamp::ZERO + Duration::from_secs_f64(swarm.duration_s);
     let mut digest = Digest::default();
+    let mut deployment = deploys(swarm).map(|deploy| Deployment::new(swarm, deploy, trial.arena()));
     let mut steps = 0;
     while trial.now() < limit && !all_reached(swarm, trial) {
+        let before = trial.now();
         trial.step();
         steps += 1;
         digest.take_in(trial.arena());
+        if let Some(deployment) = &mut deployment {
+            let times_s = (trial.now().as_secs_f64(), trial.now().since(before).as_secs_f64());
+            deployment.see(trial.arena(), |robot| trial.status(robot).is_some(), times_s);
+        }
         if !watch.stepped(trial) {
             return None;
         }
     }
-    Some(TrialResult { steps, ..measure(swarm, trial, digest) })
+    let result = TrialResult { steps, ..measure(swarm, trial, digest) };
+    Some(match deployment {
+        Some(deployment) => with_deployment(result, trial, &deployment),
+        None => result,
+    })
+}
+
+/// What the swarm does, if it deploys.
+fn deploys(swarm: &Swarm) -> Option<&Deploy> {
+    match &swarm.behaviour {
+        Behaviour::Deploy(deploy) => Some(deploy),
+        Behaviour::Flock(_) | Behaviour::Diffuse(_) => None,
+    }
+}
+
+/// The result of a deployment: everybody has a place of their own to reach, and the dead reach none.
+fn with_deployment(result: TrialResult, trial: &dyn Trial, deployment: &Deployment) -> TrialResult {
+    let arena = trial.arena();
+    let counted = (result.commands_changed, result.ticks);
+    let figures = deployment.figures(arena, counted, trial.messages_bytes());
+    let gaps_m = (result.min_gap_robot_m, result.min_gap_wall_m);
+    let (min_gap_robot_m, min_gap_wall_m) = deployment.point_gaps_m().unwrap_or(gaps_m);
+    let living = (0..arena.robot_count()).filter(|robot| trial.status(*robot).is_some());
+    TrialResult {
+        reached: living.clone().all(|robot| deployment.has_arrived(arena, robot)),
+        reached_fraction: figures.arrived_fraction,
+        touched: if deployment.point_gaps_m().is_some() { figures.tunnelled } else { result.touched },
+        min_gap_robot_m,
+        min_gap_wall_m,
+        deploy: Some(figures),
+        ..result
+    }
 }
 
 fn all_reached(swarm: &Swarm, trial: &dyn Trial) -> bool {
@@ -165,5 +214,6 @@ fn measure(swarm: &Swarm, trial: &dyn Trial, digest: Digest) -> TrialResult {
         beacons_carried: radio.carried,
         beacons_lost: radio.lost + radio.crowded + radio.partitioned + radio.dropped,
         bytes_per_robot: (trial.bytes() / count.max(1)) as u64,
+        deploy: None,
     }
 }

@@ -156,6 +156,27 @@ impl Arena {
         });
     }
 
+    /// Put each body where `poses_wb` says, straight and in `dt_s`: points of the theory books, which nothing stops.
+    /// Gaps are measured as for any motion; bodies beyond the list stay.
+    pub fn glide(&mut self, dt_s: f64, poses_wb: &[Pose]) {
+        let Self { place, members, lidars, .. } = self;
+        let mut ways_m = Vec::with_capacity(members.len());
+        for (robot, (member, pose_wb)) in members.iter_mut().zip(poses_wb).enumerate() {
+            let before_w = member.body.pose_wb().position();
+            member.body.glide(*pose_wb, dt_s);
+            ways_m.push((pose_wb.position() - before_w).norm());
+            lidars[robot].note(*pose_wb);
+            place.move_to(robot, *pose_wb);
+        }
+        place.sort();
+        let way_m_max = ways_m.iter().copied().fold(0.0, f64::max);
+        for (robot, (member, way_m)) in members.iter_mut().zip(ways_m).enumerate() {
+            member.wall.moved(way_m);
+            member.robot.moved(way_m + way_m_max);
+            member.measure(place, robot, false);
+        }
+    }
+
     /// Body `robot`, as its own sensors could know it.
     ///
     /// # Panics

@@ -179,6 +179,15 @@ impl Body {
         }
     }
 
+    /// A point that goes straight to `pose_wb` in `dt_s`, whatever its wheels could do.
+    pub fn glide(&mut self, pose_wb: Pose, dt_s: f64) {
+        let way_m = (pose_wb.position() - self.pose_wb.position()).norm();
+        self.twist_b = Twist::new(way_m / dt_s, 0.0);
+        self.wheel_twist_b = self.twist_b;
+        self.path_m += way_m;
+        self.pose_wb = pose_wb;
+    }
+
     /// The wheels' twist one step nearer to the demand.
     fn approach(&self, demand: Twist, dt_s: f64) -> Twist {
         let p = &self.params;

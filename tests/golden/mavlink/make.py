@@ -5,7 +5,8 @@
     venv/bin/python tests/golden/mavlink/make.py
 
 writes `host.txt` (what an onboard computer sends), `device.txt` (what an autopilot and a lidar bridge send) and
-`beacon.txt` (our own dialect, whose Python form pymavlink's mavgen makes from firmware_if/codec/dialect/drover.xml).
+`beacon.txt` and `links.txt` (our own dialect, whose Python form pymavlink's mavgen makes from
+firmware_if/codec/dialect/drover.xml).
 A line is `LABEL FRAME-IN-HEX FIELD=VALUE ...`; texts stand in hex, arrays are joined by commas. With --check nothing is
 written: the exit code says whether the files are what this script would write.
 """
@@ -139,10 +140,15 @@ def device():
         0x8 | 0x80 | 0x2000, 0x04070000, 0, 0, 0, [0] * 8, [0] * 8, [0] * 8, 0, 0, 0))
 
 
-def beacon(drover):
+def swarm_hash(name):
     swarm = 0x811C9DC5
-    for byte in b"first":
+    for byte in name:
         swarm = ((swarm ^ byte) * 0x01000193) & 0xFFFFFFFF
+    return swarm
+
+
+def beacon(drover):
+    swarm = swarm_hash(b"first")
     full = drover.MAVLink_drover_beacon_message(
         9_000_000_123, swarm, 70_003, 5, 1234, 12.5, -3.25, 1.5, 0.75, -0.5, 0.25, 0.125, 0.3, 32768, 1)
     yield line("beacon", full, drover, system=70_003 & 255, component=191, seq=17)
@@ -162,6 +168,37 @@ def beacon(drover):
                component=191, seq=4)
 
 
+def links(drover):
+    fields = {
+        "swarm": swarm_hash(b"first"), "robot": 70_003, "epoch": 5, "seq": 1234, "term": 300, "root": 2,
+        "root_metric": 12.5, "anchor_x": 125_025, "anchor_y": -325_050, "peer": [2, 70_004, 70_005, 70_006, 0, 0, 0],
+        "edge_low": [2, 4, 0], "edge_high": [4, 9, 0], "gone": 11, "root_seq": 65_535,
+        "peer_epoch": [7, 65_535, 1, 2, 0, 0, 0], "version": [3, 65_535, 9, 1, 0, 0, 0],
+        "weight": [250, 65_535, 120, 333, 0, 0, 0], "edge_weight": [101, 202, 0],
+        "centre_x": [0, 0, 0, -32_768, 0, 0, 0], "centre_y": [0, 0, 0, 32_767, 0, 0, 0], "hops": 4,
+        "flags": [1 | 2 | 8, 4, 1, 1 | 4, 0, 0, 0], "age": [0, 1, 254, 255, 0, 0, 0], "edge_age": [0, 3, 0],
+        "gone_age": 12}
+
+    def entry(label, **changes):
+        message = drover.MAVLink_drover_links_message(**{**fields, **changes})
+        return line(label, message, drover, system=70_003 & 255, component=191, seq=17)
+
+    yield entry("links")
+    yield entry("links_with_signature", signature=[index + 1 for index in range(64)])
+    yield entry("links_full", peer=[1, 2, 3, 4, 5, 6, 7], edge_low=[1, 2, 3], edge_high=[4, 5, 6], gone_age=255,
+                age=[255] * 7, edge_age=[255] * 3)
+    lone = {name: [0] * len(value) if isinstance(value, list) else 0 for name, value in fields.items()}
+    yield entry("links_of_a_lone_robot", **{**lone, "swarm": fields["swarm"], "robot": 70_003, "root": 70_003})
+    yield entry("bad_links_robot", robot=0)
+    yield entry("bad_links_sender", robot=70_004)
+    yield entry("bad_links_nan", root_metric=math.nan)
+    yield entry("bad_links_root", root=0)
+    yield entry("bad_links_anchor", anchor_y=2_000_000_000)
+    yield entry("bad_links_peer", peer=[70_003, 0, 0, 0, 0, 0, 0])
+    yield entry("bad_links_twice", peer=[9, 8, 9, 0, 0, 0, 0])
+    yield entry("bad_links_edge", edge_high=[2, 9, 0])
+
+
 def own_dialect(folder):
     with contextlib.redirect_stdout(io.StringIO()):
         mavgen.mavgen(mavgen.Opts(os.path.join(folder, "drover"), "2.0", "Python3"), [DIALECT])
@@ -173,7 +210,8 @@ def own_dialect(folder):
 def main():
     with tempfile.TemporaryDirectory() as folder:
         drover = own_dialect(folder)
-        files = {"host.txt": host(), "device.txt": device(), "beacon.txt": beacon(drover)}
+        files = {"host.txt": host(), "device.txt": device(), "beacon.txt": beacon(drover),
+                 "links.txt": links(drover)}
         same = True
         for name, lines in files.items():
             head = f"# Made by tests/golden/mavlink/make.py with pymavlink {pymavlink.__version__}; do not edit.\n"

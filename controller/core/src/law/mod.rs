@@ -4,6 +4,7 @@
 //! file chooses between leading and following and knows when the task is done.
 
 mod arrival;
+pub mod deploy;
 mod diffuse;
 mod flock;
 mod waypoints;
@@ -57,6 +58,7 @@ enum Role {
     Leader(Route),
     Follower { params: flock::Params, before: Twist, arrival: Arrival },
     Diffuser(Diffusion),
+    Deployer,
 }
 
 impl Law {
@@ -76,6 +78,7 @@ impl Law {
                 let goal_w = flock.waypoints_m.last().map_or_else(Vec2::zeros, |[x, y]| Vec2::new(*x, *y));
                 start(role, goal_w, (flock.head_offset_m, flock.head_offset_m + flock.obstacle_range_m))
             }
+            Behaviour::Deploy(_) => start(Role::Deployer, Vec2::zeros(), (0.0, 1.0)),
             Behaviour::Diffuse(params) => {
                 start(Role::Diffuser(Diffusion::new(*params)), Vec2::zeros(), (0.0, params.clearance_m))
             }
@@ -85,7 +88,7 @@ impl Law {
     /// Where the nearest wall is measured from, body frame.
     pub(crate) fn reference_b(&self) -> Vec2 {
         match self.role {
-            Role::Leader(_) | Role::Diffuser(_) => Vec2::zeros(),
+            Role::Leader(_) | Role::Diffuser(_) | Role::Deployer => Vec2::zeros(),
             Role::Follower { .. } => Vec2::new(self.head_offset_m, 0.0),
         }
     }
@@ -94,7 +97,7 @@ impl Law {
     pub(crate) fn asks_for_peers(&self) -> bool {
         match self.role {
             Role::Leader(_) | Role::Follower { .. } => true,
-            Role::Diffuser(_) => false,
+            Role::Diffuser(_) | Role::Deployer => false,
         }
     }
 
@@ -107,7 +110,7 @@ impl Law {
     pub(crate) fn minds_unseen(&self) -> bool {
         match self.role {
             Role::Leader(_) | Role::Follower { .. } => false,
-            Role::Diffuser(_) => true,
+            Role::Diffuser(_) | Role::Deployer => true,
         }
     }
 
@@ -116,6 +119,7 @@ impl Law {
         let gap_m = (view.motion.pose_wb.position() - self.goal_w).norm();
         let outcome = match &mut self.role {
             Role::Leader(route) => Outcome::Solved(route.step(view)),
+            Role::Deployer => Outcome::Stale("not built"),
             Role::Diffuser(law) => Outcome::Solved(law.step(view.points_b.iter().chain(view.unseen_b).copied())),
             Role::Follower { params, before, arrival } => {
                 let leader = view.neighbours.iter().find(|peer| peer.id == params.leader);
@@ -141,7 +145,7 @@ impl Law {
         let start_m = *self.start_gap_m.get_or_insert(gap_m.max(1e-3));
         let now = match &self.role {
             Role::Leader(route) => route.progress(),
-            Role::Diffuser(_) => 0.0,
+            Role::Diffuser(_) | Role::Deployer => 0.0,
             // A follower knows no way, only how far the end is; it never reports all before it has arrived.
             Role::Follower { .. } => (1.0 - gap_m / start_m).clamp(0.0, 0.99),
         };
@@ -160,7 +164,7 @@ impl Law {
         match &self.role {
             Role::Leader(route) => route.reached(),
             Role::Follower { arrival, .. } => arrival.done(),
-            Role::Diffuser(_) => false,
+            Role::Diffuser(_) | Role::Deployer => false,
         }
     }
 
@@ -169,7 +173,7 @@ impl Law {
         match &self.role {
             Role::Leader(route) => route.next_w(),
             Role::Follower { arrival, .. } => (!arrival.done()).then_some(self.goal_w),
-            Role::Diffuser(_) => None,
+            Role::Diffuser(_) | Role::Deployer => None,
         }
     }
 
@@ -177,7 +181,7 @@ impl Law {
     pub(crate) fn relies_on(&self, peer: RobotId) -> bool {
         match &self.role {
             Role::Follower { params, .. } => params.leader == peer,
-            Role::Leader(_) | Role::Diffuser(_) => false,
+            Role::Leader(_) | Role::Diffuser(_) | Role::Deployer => false,
         }
     }
 
