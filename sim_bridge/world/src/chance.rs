@@ -14,6 +14,7 @@ pub(crate) enum Use {
     Lidar,
     Radio,
     Firmware,
+    Phase,
 }
 
 impl Use {
@@ -23,6 +24,7 @@ impl Use {
             Self::Lidar => 2,
             Self::Radio => 3,
             Self::Firmware => 4,
+            Self::Phase => 5,
         }
     }
 }
@@ -30,6 +32,13 @@ impl Use {
 /// The generator of one use of the robot with this key (its id, not its place in a list).
 pub(crate) fn generator(seed: u64, key: u64, purpose: Use) -> Pcg32 {
     Pcg32::new(mix(seed ^ mix(key)), mix(purpose.stream() ^ key.rotate_left(32)))
+}
+
+/// When in its periods the robot with this key does what it does now and then: two shares of a period, 0..1.
+#[must_use]
+pub fn phases(seed: u64, key: u64) -> [f64; 2] {
+    let mut rng = generator(seed, key, Use::Phase);
+    [rng.random(), rng.random()]
 }
 
 /// A value of the standard normal distribution (Box and Muller 1958).

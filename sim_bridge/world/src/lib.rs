@@ -28,6 +28,7 @@ mod sweep;
 mod walls;
 
 pub use arena::{Arena, BodySpec, Eyes};
+pub use chance::phases;
 pub use clearance::Clearance;
 pub use fault::Fault;
 pub use firmware::{BodyState, PeerKey};

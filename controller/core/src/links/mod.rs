@@ -315,6 +315,12 @@ impl Links {
         self.roots.best().root
     }
 
+    /// What it offers: the smallest metric of the robots that are linked.
+    #[must_use]
+    pub fn root_metric(&self) -> f64 {
+        f64::from(self.roots.best().metric)
+    }
+
     /// The linked robot that is next on the way to the root; `None` for the root itself, and while no way is known.
     #[must_use]
     pub fn parent(&self) -> Option<RobotId> {

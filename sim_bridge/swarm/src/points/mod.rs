@@ -4,15 +4,18 @@
 //! So it is here that the literal paper is judged and that a guard's promise is put to the test, in steps of the world
 //! that are much finer than a period.
 
+mod hearers;
+
 use crate::trial::Trial;
-use drover_config::{Deploy, Swarm};
+use drover_config::{Deploy, Exchange, Swarm};
 use drover_contract::math::atan2;
-use drover_contract::{BehaviourState, Pose, Stamp, Vec2};
+use drover_contract::{BehaviourState, Pose, RobotId, Stamp, Vec2};
 use drover_core::avoid::Capsule;
-use drover_core::deploy::{KeptGraph, Lockstep};
+use drover_core::deploy::Lockstep;
 use drover_core::{Status, Verdict};
 use drover_robot::{HeardView, View};
 use drover_world::{Arena, BodySpec, RadioTally, Walls};
+use hearers::{Hearers, Scene};
 use std::time::Duration;
 
 /// Bytes that a snapshot takes on the air: each robot's own beacon, and for every robot that it passes on for trees of
@@ -27,15 +30,29 @@ pub struct PointSwarm {
     period: Duration,
     round_due: Stamp,
     arena: Arena,
-    mind: Lockstep,
+    mind: Mind,
     ids: Vec<u32>,
     alive: Vec<bool>,
     from_w: Vec<Vec2>,
     ends_w: Vec<Vec2>,
-    kept: KeptGraph,
-    heard: Vec<Vec<usize>>,
+    heard: Vec<Vec<HeardView>>,
     statuses: Vec<Status>,
     messages_bytes: u64,
+}
+
+/// How robots come to know each other.
+enum Mind {
+    Lockstep(Lockstep),
+    Hearers(Box<Hearers>),
+}
+
+impl Mind {
+    fn new(swarm: &Swarm, deploy: &Deploy, starts_w: &[Vec2], walls: Vec<Capsule>) -> Self {
+        match deploy.exchange {
+            Exchange::Snapshot => Self::Lockstep(Lockstep::new(deploy, starts_w, walls)),
+            Exchange::Beacons => Self::Hearers(Box::new(Hearers::new(swarm, deploy, starts_w, walls))),
+        }
+    }
 }
 
 impl PointSwarm {
@@ -57,13 +74,12 @@ impl PointSwarm {
             step: Duration::from_millis(u64::from(swarm.step_ms.max(1))),
             period: Duration::from_secs_f64(deploy.period_s),
             round_due: Stamp::ZERO,
-            mind: Lockstep::new(deploy, &start_w, capsules(arena.walls())),
+            mind: Mind::new(swarm, deploy, &start_w, capsules(arena.walls())),
             arena,
             ids: swarm.robots.iter().map(|robot| robot.id).collect(),
             alive: vec![true; bodies.len()],
             ends_w: start_w.clone(),
             from_w: start_w,
-            kept: KeptGraph::default(),
             heard: vec![Vec::new(); bodies.len()],
             statuses: bodies.iter().map(status).collect(),
             messages_bytes: 0,
@@ -83,38 +99,74 @@ impl PointSwarm {
         (0..self.alive.len()).map(|robot| self.arena.state(robot).pose_wb.position())
     }
 
-    /// A new period begins: everybody decides.
-    fn decide(&mut self) {
-        let at_w: Vec<Vec2> = self.at_w().collect();
-        let there: Vec<Option<Vec2>> = at_w.iter().zip(&self.alive).map(|(at_w, alive)| alive.then_some(*at_w)).collect();
-        let moves = self.mind.round(&there);
-        self.messages_bytes += moves.beacons * BEACON_BYTES + moves.relayed * RELAYED_BYTES;
-        for (robot, status) in self.statuses.iter_mut().enumerate().filter(|(robot, _)| self.alive[*robot]) {
-            status.stamp = self.now;
-            status.counters.ticks += 1;
-            status.changed = moves.changed[robot].then_some("safe set");
-            if let Some(why) = status.changed {
-                *status.counters.changed.entry(why).or_default() += 1;
-            }
-            status.reached = self.mind.has_arrived(robot, at_w[robot]);
-            status.state = if status.reached { BehaviourState::Done } else { BehaviourState::Active };
-            status.target_w = Some(self.mind.pilot(robot).target_w());
-            status.peers_heard = moves.graph.neighbours(robot).len();
-            self.heard[robot] = moves.graph.neighbours(robot).to_vec();
-            self.ends_w[robot] = moves.ends_w[robot];
+    /// A new period begins: everybody decides. The poses after a step of the world.
+    fn in_lockstep(&mut self, at_w: &[Vec2]) -> Vec<Vec2> {
+        if self.now >= self.round_due {
+            self.round_due = self.now + self.period;
+            self.decide(at_w);
         }
-        self.kept = moves.kept;
-        self.from_w = at_w;
+        let left = self.round_due.since(self.now + self.step).as_secs_f64() / self.period.as_secs_f64();
+        let share = (1.0 - left).clamp(0.0, 1.0);
+        self.from_w.iter().zip(&self.ends_w).map(|(from_w, end_w)| from_w + (end_w - from_w) * share).collect()
     }
 
-    fn pose_at(&self, robot: usize, share: f64) -> Pose {
-        let (from_w, end_w) = (self.from_w[robot], self.ends_w[robot]);
-        let way = end_w - from_w;
-        let yaw_rad =
-            if way.norm() > 0.0 { atan2(way.y, way.x) } else { self.arena.state(robot).pose_wb.yaw_rad };
-        let at_w = from_w + way * share;
-        Pose::new(at_w.x, at_w.y, yaw_rad)
+    fn decide(&mut self, at_w: &[Vec2]) {
+        let Mind::Lockstep(mind) = &mut self.mind else { return };
+        let there: Vec<Option<Vec2>> = at_w.iter().zip(&self.alive).map(|(at_w, alive)| alive.then_some(*at_w)).collect();
+        let moves = mind.round(&there);
+        self.messages_bytes += moves.beacons * BEACON_BYTES + moves.relayed * RELAYED_BYTES;
+        for (robot, status) in self.statuses.iter_mut().enumerate().filter(|(robot, _)| self.alive[*robot]) {
+            let arrived = mind.has_arrived(robot, at_w[robot]);
+            note(status, self.now, moves.changed[robot], (mind.pilot(robot).target_w(), arrived));
+            let kept = moves.kept.of(robot);
+            let heard = |other: &usize| HeardView { id: self.ids[*other], age_ms: 0, kept: kept.contains(other) };
+            self.heard[robot] = moves.graph.neighbours(robot).iter().map(heard).collect();
+            status.peers_heard = self.heard[robot].len();
+            self.ends_w[robot] = moves.ends_w[robot];
+        }
+        self.from_w = at_w.to_vec();
     }
+
+    /// Everybody hears, speaks, decides when it is time for it, and moves as far as the last layer lets it.
+    fn by_beacons(&mut self, at_w: &[Vec2]) -> Vec<Vec2> {
+        let Self { now, arena, alive, statuses, heard, .. } = self;
+        let Mind::Hearers(mind) = &mut self.mind else { return at_w.to_vec() };
+        let scene = Scene { now: *now, arena, at_w, alive };
+        for decided in mind.turn(&scene) {
+            let (robot, mate) = (decided.robot, mind.mate(decided.robot));
+            note(&mut statuses[robot], *now, decided.changed, (mate.target_w(), mate.has_arrived(at_w[robot])));
+            let view = |(id, age): (RobotId, Duration)| {
+                let age_ms = u64::try_from(age.as_millis()).unwrap_or(u64::MAX);
+                HeardView { id: id.0, age_ms, kept: mate.relies_on(id) }
+            };
+            heard[robot] = mind.heard(robot, *now).map(view).collect();
+            statuses[robot].peers_heard = heard[robot].len();
+        }
+        self.messages_bytes = mind.messages_bytes();
+        mind.advance(&scene, self.step.as_secs_f64())
+    }
+
+    /// A pose that looks where the body goes.
+    fn pose_at(&self, robot: usize, to_w: Vec2) -> Pose {
+        let before_wb = self.arena.state(robot).pose_wb;
+        let way = to_w - before_wb.position();
+        let yaw_rad = if way.norm() > 0.0 { atan2(way.y, way.x) } else { before_wb.yaw_rad };
+        Pose::new(to_w.x, to_w.y, yaw_rad)
+    }
+}
+
+/// What a robot decided, as its status says it: whether the last layer changed it, and its target and whether it is
+/// there.
+fn note(status: &mut Status, now: Stamp, changed: bool, (target_w, reached): (Vec2, bool)) {
+    status.stamp = now;
+    status.counters.ticks += 1;
+    status.changed = changed.then_some("safe set");
+    if let Some(why) = status.changed {
+        *status.counters.changed.entry(why).or_default() += 1;
+    }
+    status.reached = reached;
+    status.state = if reached { BehaviourState::Done } else { BehaviourState::Active };
+    status.target_w = Some(target_w);
 }
 
 /// The walls of a place, piece by piece; a thin wall's two sides are one.
@@ -129,14 +181,13 @@ impl Trial for PointSwarm {
     }
 
     fn step(&mut self) {
-        if self.now >= self.round_due {
-            self.decide();
-            self.round_due = self.now + self.period;
-        }
+        let at_w: Vec<Vec2> = self.at_w().collect();
+        let ends_w = match self.mind {
+            Mind::Lockstep(_) => self.in_lockstep(&at_w),
+            Mind::Hearers(_) => self.by_beacons(&at_w),
+        };
         self.now = self.now + self.step;
-        let left = self.round_due.since(self.now).as_secs_f64() / self.period.as_secs_f64();
-        let share = (1.0 - left).clamp(0.0, 1.0);
-        let poses: Vec<Pose> = (0..self.alive.len()).map(|robot| self.pose_at(robot, share)).collect();
+        let poses: Vec<Pose> = ends_w.iter().enumerate().map(|(robot, end_w)| self.pose_at(robot, *end_w)).collect();
         self.arena.glide(self.step.as_secs_f64(), &poses);
         for (robot, status) in self.statuses.iter_mut().enumerate() {
             status.pose_wb = poses[robot];
@@ -155,14 +206,15 @@ impl Trial for PointSwarm {
 
     fn view(&self, robot: usize) -> Option<View> {
         let status = self.status(robot)?;
-        let kept = self.kept.of(robot);
-        let heard = |other: &usize| HeardView { id: self.ids[*other], age_ms: 0, kept: kept.contains(other) };
-        let heard = self.heard[robot].iter().map(heard).collect();
+        let heard = self.heard[robot].clone();
         Some(View { heard, ..View::of_status(self.ids[robot], status, self.now) })
     }
 
     fn radio(&self) -> RadioTally {
-        RadioTally::default()
+        match &self.mind {
+            Mind::Lockstep(_) => RadioTally::default(),
+            Mind::Hearers(mind) => mind.radio(),
+        }
     }
 
     fn aged_commands(&self) -> u64 {

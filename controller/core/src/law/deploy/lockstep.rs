@@ -124,6 +124,7 @@ impl Lockstep {
             walls: &walls,
             goal_aim_w: target_aim_w.unwrap_or(self.params.goal_w),
             target_aim_w: target_aim_w.unwrap_or_else(|| pilot.target_w()),
+            towed: false,
         };
         let wish = pilot.wish(&self.params, &sight);
         let range_m = self.params.range_m;

@@ -14,6 +14,7 @@
 //! | [`pilot`] | one robot: stages, what attracts it, its wish |
 //! | [`topology`] | which links are kept: all, RNG, LMST of k hops; the tree towards the goal |
 //! | [`geodesic`], [`known_map`] | shortest ways where the map is known: out of pockets |
+//! | [`teammate`], [`places`] | one robot that knows its peers by beacons; who goes where after losses |
 //! | [`lockstep`] | the paper's synchronous swarm: all decide on one snapshot |
 //!
 //! **Source**: Fan Gaojun et al., "Self-organized deployment of active sensor networks with preserved connectivity"
@@ -32,12 +33,16 @@ mod geodesic;
 mod known_map;
 mod lockstep;
 mod pilot;
+mod places;
 mod predict;
+mod teammate;
 mod topology;
 
 pub use geodesic::{Aim, CELL_M, Field, Geodesic};
 pub use lockstep::{Lockstep, Moves};
 pub use pilot::{Pilot, Sight};
+pub use places::Places;
+pub use teammate::{Around, Teammate};
 pub use topology::{Graph, KeptGraph};
 
 use crate::avoid::{SafeSetParams, Steer};

@@ -27,6 +27,8 @@ pub struct Sight<'a> {
     pub goal_aim_w: Vec2,
     /// See there.
     pub target_aim_w: Vec2,
+    /// Its part of the network is led somewhere else first: whatever its stage, it follows its parent.
+    pub towed: bool,
 }
 
 /// One robot's law and what it remembers.
@@ -71,7 +73,7 @@ impl Pilot {
     /// The displacement of the next period that the law wishes for, metres, world frame.
     pub fn wish(&mut self, params: &Params, sight: &Sight<'_>) -> Vec2 {
         self.close |= params.in_box(sight.at_w);
-        let attraction = if self.close { self.to_target(params, sight) } else { to_layout(params, sight) };
+        let attraction = if self.close && !sight.towed { self.to_target(params, sight) } else { to_layout(params, sight) };
         let gains = &params.gains;
         let near = |at_w: &Vec2| (at_w - sight.at_w).norm() < gains.avoid_m;
         // Within a solid nothing is defined: its faces repel from outside only.
