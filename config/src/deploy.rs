@@ -38,6 +38,8 @@ pub struct Deploy {
     pub steer: DeploySteer,
     /// Whether robots of stage 1 follow their parent in a tree towards the goal, and only it.
     pub follow: bool,
+    /// Whether a robot that gets nowhere goes around what is in its way (mode = "safe").
+    pub detours: bool,
     /// How robots get out of concave pockets.
     pub escape: Escape,
     /// k_goal, 1/s.

@@ -1,5 +1,6 @@
 //! Virtual time: whole swarms over memory links, every byte through the codecs, many times faster than real time.
 
+mod deploy;
 mod determinism;
 mod drives;
 mod faults;

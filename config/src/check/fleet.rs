@@ -11,7 +11,7 @@ use crate::read::robot::{ROBOTS_MAX, RobotParts, derived_links};
 use crate::read::swarm::SwarmParts;
 use crate::report::Words;
 use crate::walls::Walls;
-use crate::{Drive, Start};
+use crate::{Behaviour, Drive, Start};
 use rand::Rng;
 use rand_pcg::Pcg32;
 use std::f64::consts::PI;
@@ -45,6 +45,10 @@ impl Checker<'_> {
         mut crowd: Crowd,
     ) -> Vec<RobotParts> {
         let mut robots = Vec::new();
+        let clear_m = match &parts.behaviour {
+            Some(Behaviour::Deploy(deploy)) => deploy.wall_gap_m,
+            Some(Behaviour::Flock(_) | Behaviour::Diffuse(_)) | None => 0.0,
+        };
         for (index, fleet) in parts.fleets.iter().enumerate() {
             let count = fleet.count.unwrap_or(0) as usize;
             let all = parts.robots.len() + robots.len() + count;
@@ -61,7 +65,7 @@ impl Checker<'_> {
                     if let Some(shift_m) = fleet.shift_m.flatten() {
                         order.region_m = shifted(order.region_m, shift_m, &mut random);
                     }
-                    let mut floor = Floor { walls, crowd: &mut crowd };
+                    let mut floor = Floor { walls, clear_m, crowd: &mut crowd };
                     let starts = floor.place(&order, layout, &mut random);
                     self.all_fit(fleet, &order, starts.len());
                     starts
@@ -165,6 +169,8 @@ impl Checker<'_> {
 /// Walls, and who stands where already.
 struct Floor<'f, 'w> {
     walls: &'f Walls<'w>,
+    /// What the behaviour keeps free between bodies and walls, metres.
+    clear_m: f64,
     crowd: &'f mut Crowd,
 }
 
@@ -177,7 +183,7 @@ impl Floor<'_, '_> {
     }
 
     fn is_free(&self, point: Point, radius_m: f64) -> bool {
-        self.crowd.overlapping(point, radius_m).is_none() && self.walls.is_clear(point, radius_m)
+        self.crowd.overlapping(point, radius_m).is_none() && self.walls.is_clear(point, radius_m + self.clear_m)
     }
 
     fn in_rows(&mut self, order: &Order) -> Vec<Start> {

@@ -38,6 +38,7 @@ pub(crate) fn deploy(table: &mut Table<'_>) -> Option<Deploy> {
         guard: method.guard,
         steer: method.steer,
         follow: method.follow,
+        detours: method.detours,
         escape: method.escape,
         goal_gain: numbers.goal_gain,
         link_gain: numbers.link_gain,
@@ -66,6 +67,7 @@ struct Method {
     guard: DeployGuard,
     steer: DeploySteer,
     follow: bool,
+    detours: bool,
     escape: Escape,
 }
 
@@ -106,6 +108,8 @@ fn method(table: &mut Table<'_>, mode: DeployMode) -> Option<Method> {
     let steer = among(table, mode, "steer", STEERS, 0);
     // A chain that hangs over an obstacle comes free only if robots follow each other.
     let follow = table.derived_bool("follow", !literal, "true (literal: false)");
+    // Safe robots can hold each other up.
+    let detours = table.derived_bool("detours", !literal, "true (literal: false)");
     // The other one needs a map that is known.
     let escape = among(table, mode, "escape", [("none", Escape::None), ("geodesic", Escape::Geodesic)], 0);
     Some(Method {
@@ -120,6 +124,7 @@ fn method(table: &mut Table<'_>, mode: DeployMode) -> Option<Method> {
         guard: guard?,
         steer: steer?,
         follow: follow?,
+        detours: detours?,
         escape: escape?,
     })
 }

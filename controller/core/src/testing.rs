@@ -81,6 +81,7 @@ pub(crate) fn deploy_config(mode: DeployMode, targets_m: Vec<[f64; 2]>) -> Deplo
         guard: if safe { DeployGuard::Full } else { DeployGuard::None },
         steer: DeploySteer::Heading,
         follow: safe,
+        detours: safe,
         escape: Escape::None,
         goal_gain: if safe { 1.0 } else { 0.2 },
         link_gain: if safe { 2.0 } else { 0.4 },

@@ -190,7 +190,7 @@ impl Hearers {
         let reach_m = SENSE_M.max(self.safe.wall_gap_m + self.safe.step_m_max);
         let walls: Vec<Capsule> = self.walls.iter().filter(|wall| wall.at_least_m(at_w) <= reach_m).copied().collect();
         let mate = &mut self.mates[robot];
-        let wish = mate.wish(&Around { at_w, peers: &peers, walls: &walls });
+        let wish = mate.wish(&Around { at_w, peers: &peers, walls: &walls, dt_s: self.period.as_secs_f64() });
         let mut set = SafeSet::new(self.safe, at_w);
         mate.discs().for_each(|disc| set.stay_in(disc));
         peers.iter().for_each(|peer| set.leave_half_to(peer.pos_w));

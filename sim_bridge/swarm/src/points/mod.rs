@@ -4,7 +4,10 @@
 //! So it is here that the literal paper is judged and that a guard's promise is put to the test, in steps of the world
 //! that are much finer than a period.
 
+mod death;
 mod hearers;
+
+pub use death::{Aftermath, kill_one};
 
 use crate::trial::Trial;
 use drover_config::{Deploy, Exchange, Swarm};

@@ -12,6 +12,7 @@
 //! | [`forces`] | eq. 1-14: attraction to goal and links, repulsion, "infinite" as priority |
 //! | [`predict`] | single-step location prediction, steps 1-6 |
 //! | [`pilot`] | one robot: stages, what attracts it, its wish |
+//! | [`detour`] | out of standstills |
 //! | [`topology`] | which links are kept: all, RNG, LMST of k hops; the tree towards the goal |
 //! | [`geodesic`], [`known_map`] | shortest ways where the map is known: out of pockets |
 //! | [`teammate`], [`places`] | one robot that knows its peers by beacons; who goes where after losses |
@@ -28,6 +29,7 @@
 //! **Cost** per robot and period: O(n) for the forces, O(n^2) for the tree of the n robots within k hops.
 //! **Cannot solve**: never; where nothing is allowed the robot stays.
 
+mod detour;
 mod forces;
 mod geodesic;
 mod known_map;
@@ -46,7 +48,7 @@ pub use teammate::{Around, Teammate};
 pub use topology::{Graph, KeptGraph};
 
 use crate::avoid::{SafeSetParams, Steer};
-use drover_config::{Deploy, DeploySteer, Forces, KeptLinks, Rotation};
+use drover_config::{Deploy, DeployMode, DeploySteer, Forces, KeptLinks, Rotation};
 use drover_contract::Vec2;
 use forces::Gains;
 
@@ -61,6 +63,8 @@ pub struct Params {
     /// Links are not optimised: all attract, in stage 2 too.
     pub(crate) all_links: bool,
     pub(crate) follow: bool,
+    /// Whether who gets nowhere goes around: with the safe set alone.
+    pub(crate) detours: bool,
     pub(crate) steer: Steer,
     pub(crate) safe: SafeSetParams,
     pub(crate) range_m: f64,
@@ -91,6 +95,7 @@ impl Params {
             forces: deploy.forces,
             all_links: deploy.links == KeptLinks::All,
             follow: deploy.follow,
+            detours: deploy.mode == DeployMode::Safe && deploy.detours,
             steer: match deploy.steer {
                 DeploySteer::Heading => Steer::Heading,
                 DeploySteer::Project => Steer::Project,

@@ -1,6 +1,7 @@
 //! One robot's law: its stage, what draws it, and the move that it wishes for.
 
 use super::Params;
+use super::detour::Detour;
 use super::forces::Force;
 use super::predict::total;
 use crate::avoid::{Capsule, Disc, SafeSet, Steering};
@@ -29,6 +30,8 @@ pub struct Sight<'a> {
     pub target_aim_w: Vec2,
     /// Its part of the network is led somewhere else first: whatever its stage, it follows its parent.
     pub towed: bool,
+    /// Since it last decided, seconds.
+    pub dt_s: f64,
 }
 
 /// One robot's law and what it remembers.
@@ -38,13 +41,14 @@ pub struct Pilot {
     /// It has been within the surroundings of the layout: from then on it goes to its own target.
     close: bool,
     steering: Steering,
+    detour: Detour,
 }
 
 impl Pilot {
     /// A robot that is to go to `target_w` and has not moved yet.
     #[must_use]
     pub fn new(target_w: Vec2) -> Self {
-        Self { target_w, close: false, steering: Steering::default() }
+        Self { target_w, close: false, steering: Steering::default(), detour: Detour::default() }
     }
 
     /// Its target.
@@ -81,7 +85,19 @@ impl Pilot {
         let entities_w: Vec<Vec2> = sight.peers_w.iter().copied().chain(walls_w).filter(near).collect();
         let heading = self.steering.last_rad().map(|rad| Vec2::new(cos(rad), sin(rad)));
         let force = total(params, sight.at_w, attraction, &entities_w, heading);
-        force.step(params.period_s, params.safe.step_m_max)
+        let wish = force.step(params.period_s, params.safe.step_m_max);
+        let led = params.follow && self.is_led(params, sight);
+        if !params.detours || led || self.has_arrived(params, sight.at_w) {
+            self.detour.rest();
+            return wish;
+        }
+        self.detour.instead(sight.at_w, wish, sight.walls, sight.dt_s)
+    }
+
+    /// Whether it follows its parent now.
+    fn is_led(&self, params: &Params, sight: &Sight<'_>) -> bool {
+        let far = |parent_w: Vec2| (parent_w - sight.at_w).norm() > params.gains.calm_m;
+        (!self.close || sight.towed) && sight.parent_w.is_some_and(far)
     }
 
     /// The end of the move for `wish`, within `set` or, without one, wherever the law leads.

@@ -60,6 +60,8 @@ pub struct Around<'a> {
     pub peers: &'a [LinkPeer],
     /// Walls nearby.
     pub walls: &'a [Capsule],
+    /// Since it last decided, seconds.
+    pub dt_s: f64,
 }
 
 impl Teammate {
@@ -179,6 +181,7 @@ impl Teammate {
             goal_aim_w: rescue_w.unwrap_or(if self.pilot.is_close() { self.target_w() } else { self.params.goal_w }),
             target_aim_w: rescue_w.unwrap_or_else(|| self.pilot.target_w()),
             towed,
+            dt_s: around.dt_s,
         };
         self.pilot.wish(&self.params, &sight)
     }
