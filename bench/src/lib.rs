@@ -5,6 +5,7 @@
 
 mod bringup;
 mod convoy;
+mod deploy;
 mod latency;
 mod machine;
 mod peers;
@@ -15,6 +16,9 @@ mod sim;
 
 pub use bringup::{BringupResult, bringup};
 pub use convoy::convoy;
+pub use deploy::{
+    DeployCostRow, DeployPlan, DeployResult, DeployRow, DeployRun, DeployScene, DeploySummary, DeployWays, deploy, deploy_ways,
+};
 pub use latency::{LatencyResult, LatencyRow, latency};
 pub use machine::{Conditions, ProcessUse};
 pub use peers::PeerRate;

@@ -101,7 +101,7 @@ fn the_living_are_one_network_again_after_a_death() {
             let swarm = scene("lossy", seed, &["radio.loss=0.1"]);
             let deploy = deploys(&swarm);
             let robot = (seed * 7 % 10) as usize;
-            let at = Stamp::from_millis(8_000 + seed * 9_000);
+            let at = Stamp::from_millis(8_000 + seed * 7_919 % 220_000);
             let watch = (Duration::from_secs(60), deploy.range_m);
             (seed, kill_one(&mut PointSwarm::new(&swarm, deploy), robot, at, watch))
         })

@@ -194,8 +194,8 @@ fn numbers(table: &mut Table<'_>, mode: DeployMode) -> Option<Numbers> {
     let wall_gap_m = table.number("wall_gap_m", 0.0..=100.0, Some(0.3));
     // Half of a step.
     let arrive_m = table.number("arrive_m", 0.01..=100.0, Some(0.25));
-    // Fifty beacons at 10 Hz: whoever is given up earlier may still hold the net together.
-    let peer_lost_s = table.number("peer_lost_s", 0.1..=3_600.0, Some(5.0));
+    // Thirty beacons at 10 Hz: whoever is given up earlier may still hold the net together.
+    let peer_lost_s = table.number("peer_lost_s", 0.1..=3_600.0, Some(3.0));
     Some(Numbers {
         range_m: range_m?,
         speed_mps: speed_mps?,

@@ -26,7 +26,7 @@ mod watcher;
 pub use batch::{Batch, BatchResult, Progress};
 pub use deployment::DeployFigures;
 pub use direct::DirectSwarm;
-pub use points::{Aftermath, PointSwarm, kill_one};
+pub use points::{Aftermath, PointSwarm, capsules, kill_one};
 pub use recording::RunFolder;
 pub use rehearsal::VirtualSwarm;
 pub use statistics::{Spread, Worst};

@@ -1,6 +1,7 @@
 //! Who hears whom: links, spanning trees, and whether a swarm hangs together, for a whole period as well.
 
 use drover_contract::Vec2;
+use nalgebra::DMatrix;
 
 /// Two robots, the lower index first.
 pub(super) type Link = (usize, usize);
@@ -43,6 +44,21 @@ pub(super) fn within(at_w: &[Vec2], range_m: f64) -> Vec<Link> {
 pub(super) fn connect(robots: usize, links: impl IntoIterator<Item = Link>) -> bool {
     let mut groups = Groups::new(robots);
     links.into_iter().filter(|link| groups.join(*link)).count() + 1 >= robots
+}
+
+/// The second smallest eigenvalue of the graph's Laplacian, every link of range `range_m` with weight 1; 0 for one robot.
+pub(super) fn lambda2(at_w: &[Vec2], range_m: f64) -> f64 {
+    let mut laplacian = DMatrix::zeros(at_w.len(), at_w.len());
+    for (i, j) in within(at_w, range_m) {
+        laplacian[(i, j)] = -1.0;
+        laplacian[(j, i)] = -1.0;
+        laplacian[(i, i)] += 1.0;
+        laplacian[(j, j)] += 1.0;
+    }
+    let mut eigenvalues: Vec<f64> = laplacian.symmetric_eigenvalues().iter().copied().collect();
+    eigenvalues.sort_by(f64::total_cmp);
+    // Rounding may leave an eigenvalue of 0 a little below.
+    eigenvalues.get(1).map_or(0.0, |lambda2| lambda2.max(0.0))
 }
 
 /// The spanning tree (forest, if they do not hang together) of least total cost; ties go to the lower indices.
@@ -104,6 +120,14 @@ mod tests {
         let links = within(&at_w, 7.0);
         assert_eq!(tree(3, &links, |(i, j)| (at_w[i] - at_w[j]).norm()), vec![(0, 1), (1, 2)]);
         assert!(connect(3, within(&at_w, 4.0)) && !connect(3, within(&at_w, 3.5)));
+    }
+
+    #[test]
+    fn connectivity_is_that_of_the_books() {
+        // A path of three has 1, a triangle 3, two that are apart 0.
+        let chain = [v(0.0, 0.0), v(3.0, 0.0), v(6.0, 0.0)];
+        assert!((lambda2(&chain, 4.0) - 1.0).abs() < 1e-12 && (lambda2(&chain, 7.0) - 3.0).abs() < 1e-12);
+        assert!(lambda2(&chain, 2.0).abs() < 1e-12 && lambda2(&chain[..1], 2.0).abs() < 1e-12);
     }
 
     #[test]

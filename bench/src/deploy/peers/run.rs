@@ -4,7 +4,7 @@
 //! those of relative motion, which is straight as well: a closed form. Gaps to walls are those between segments and
 //! capsules. Whether the swarm hangs together is asked at every instant, not only at the ends of periods.
 
-use super::links::{connected_throughout, pairs};
+use super::links::{connected_throughout, lambda2, pairs};
 use super::{ARRIVED_M, Peer, Scene};
 use drover_contract::Vec2;
 
@@ -25,6 +25,8 @@ pub(crate) struct PeerRun {
     pub(crate) min_gap_wall_m: f64,
     /// Whether anybody's way touched or crossed a wall.
     pub(crate) tunnelled: bool,
+    /// The smallest algebraic connectivity at the ends of periods, links of weight 1.
+    pub(crate) lambda2_min: f64,
     /// How often a robot had to stay because its problem had no solution.
     pub(crate) cannot_solve: u64,
 }
@@ -41,6 +43,7 @@ pub(crate) fn run(peer: &mut dyn Peer, scene: &Scene<'_>, starts_w: &[Vec2], dur
         min_gap_robot_m: f64::INFINITY,
         min_gap_wall_m: f64::INFINITY,
         tunnelled: false,
+        lambda2_min: lambda2(&at_w, scene.range_m),
         cannot_solve: 0,
     };
     while result.arrived_fraction < 1.0 && result.time_s + scene.period_s <= duration_s + 1e-9 {
@@ -48,6 +51,7 @@ pub(crate) fn run(peer: &mut dyn Peer, scene: &Scene<'_>, starts_w: &[Vec2], dur
         measure(&mut result, scene, (&at_w, &to_w));
         at_w = to_w;
         result.time_s += scene.period_s;
+        result.lambda2_min = result.lambda2_min.min(lambda2(&at_w, scene.range_m));
         result.arrived_fraction = arrived(scene, &at_w);
     }
     result.tunnelled = result.min_gap_wall_m <= 0.0;

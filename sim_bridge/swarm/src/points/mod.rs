@@ -173,7 +173,8 @@ fn note(status: &mut Status, now: Stamp, changed: bool, (target_w, reached): (Ve
 }
 
 /// The walls of a place, piece by piece; a thin wall's two sides are one.
-pub(crate) fn capsules(walls: &Walls) -> Vec<Capsule> {
+#[must_use]
+pub fn capsules(walls: &Walls) -> Vec<Capsule> {
     let discs = walls.discs().iter().map(|disc| Capsule::disc(disc.centre_w, disc.radius_m));
     walls.segments().iter().map(|edge| Capsule::edge(edge.from_w, edge.to_w)).chain(discs).collect()
 }

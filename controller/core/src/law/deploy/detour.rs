@@ -15,6 +15,8 @@ use drover_contract::math::{cos, sin};
 /// A robot that has not come farther than this, metres, in this long, seconds, is stuck.
 const PROGRESS_M: f64 = 1.0;
 const PATIENCE_S: f64 = 20.0;
+/// In a hurry it waits only so long, seconds.
+const HURRY_S: f64 = 10.0;
 /// How long it goes around then, seconds.
 const DETOUR_S: f64 = 25.0;
 /// A wall nearer than this is followed, metres, and how near.
@@ -31,12 +33,18 @@ pub(super) struct Detour {
     /// How long the detour still lasts, seconds, and to which side: 1 to the left.
     going: Option<(f64, f64)>,
     tried: u32,
+    hurry: bool,
 }
 
 impl Detour {
     /// It has arrived, or somebody leads it: nothing is waited for.
     pub(super) fn rest(&mut self) {
         *self = Self::default();
+    }
+
+    /// Whether every second counts.
+    pub(super) fn set_hurry(&mut self, hurry: bool) {
+        self.hurry = hurry;
     }
 
     /// The wish to follow instead of `wish` for `dt_s`, metres.
@@ -55,12 +63,12 @@ impl Detour {
         } else {
             (mark_w, waited_s + dt_s)
         });
-        if waited_s < PATIENCE_S {
+        if waited_s < if self.hurry { HURRY_S } else { PATIENCE_S } {
             return wish;
         }
         let side = side_of(at_w, wish, walls) * if self.tried.is_multiple_of(2) { 1.0 } else { -1.0 };
         self.tried += 1;
-        self.going = Some((DETOUR_S, side));
+        self.going = Some((if self.hurry { DETOUR_S / 2.0 } else { DETOUR_S }, side));
         around(at_w, wish, walls, side)
     }
 }

@@ -125,6 +125,7 @@ impl Lockstep {
             goal_aim_w: target_aim_w.unwrap_or(self.params.goal_w),
             target_aim_w: target_aim_w.unwrap_or_else(|| pilot.target_w()),
             towed: false,
+            hurry: false,
             dt_s: self.params.period_s,
         };
         let wish = pilot.wish(&self.params, &sight);

@@ -30,6 +30,8 @@ pub struct Sight<'a> {
     pub target_aim_w: Vec2,
     /// Its part of the network is led somewhere else first: whatever its stage, it follows its parent.
     pub towed: bool,
+    /// Every second counts: it leads its part to where somebody was lost.
+    pub hurry: bool,
     /// Since it last decided, seconds.
     pub dt_s: f64,
 }
@@ -91,6 +93,7 @@ impl Pilot {
             self.detour.rest();
             return wish;
         }
+        self.detour.set_hurry(sight.hurry);
         self.detour.instead(sight.at_w, wish, sight.walls, sight.dt_s)
     }
 

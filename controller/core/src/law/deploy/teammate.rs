@@ -25,6 +25,8 @@ use std::time::Duration;
 const RESCUE_S_MAX: u64 = 30;
 /// Who was heard within this time is in range, seconds.
 const HEARD_S: f64 = 1.5;
+/// Only who is nearer than this share of the range is sure to be linked with before it is out of range again.
+const NEAR_SHARE: f64 = 0.85;
 /// A metric that goes before every distance: who rescues leads its part.
 const RESCUE_METRIC: f64 = -1.0;
 /// How long a term of the links' logical time lasts, seconds: several beacons, lost ones too.
@@ -115,12 +117,13 @@ impl Teammate {
                 self.rescue = Some(Rescue { to_w, since: now, others });
             }
         }
-        let heard = |id: &RobotId| peers.iter().any(|peer| peer.id == *id && peer.age_s <= HEARD_S);
+        let near_m = NEAR_SHARE * self.params.range_m;
+        let near = |peer: &LinkPeer| peer.age_s <= HEARD_S && (peer.pos_w - at_w).norm() <= near_m;
+        let heard = |id: &RobotId| peers.iter().any(|peer| peer.id == *id && near(peer));
         let gone: Vec<RobotId> = self.links.gone().collect();
         let over = |rescue: &Rescue| {
             let all_heard = rescue.others.iter().all(|id| heard(id) || gone.contains(id));
-            let there = (rescue.to_w - at_w).norm() < 2.0 * self.params.safe.robot_gap_m;
-            all_heard || there || now.since(rescue.since) > Duration::from_secs(RESCUE_S_MAX)
+            all_heard || now.since(rescue.since) > Duration::from_secs(RESCUE_S_MAX)
         };
         if self.rescue.as_ref().is_some_and(over) {
             self.rescue = None;
@@ -181,6 +184,7 @@ impl Teammate {
             goal_aim_w: rescue_w.unwrap_or(if self.pilot.is_close() { self.target_w() } else { self.params.goal_w }),
             target_aim_w: rescue_w.unwrap_or_else(|| self.pilot.target_w()),
             towed,
+            hurry: rescue_w.is_some(),
             dt_s: around.dt_s,
         };
         self.pilot.wish(&self.params, &sight)

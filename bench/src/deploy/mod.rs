@@ -1,0 +1,122 @@
+//! `drover bench deploy`: the paper's deployment as printed, what ships, its parts one by one, and modern peers.
+//!
+//! Every row runs on the very same seeds, so on the same places, starts and layouts; what differs is what decides. A
+//! row of ours is a list of overrides on the scene's file (`rows.rs`), run as `drover sim` does; a peer gets starts,
+//! walls and targets of the shipped configuration, as that one assigned them (`runs.rs`). A second table says what a
+//! round costs against the number of robots (`cost.rs`).
+//!
+//! Runs are spread over all cores; no result depends on how many there are.
+
+mod cost;
+mod peers;
+mod rows;
+mod runs;
+mod scenes;
+mod summary;
+mod table;
+mod ways;
+
+pub use cost::DeployCostRow;
+pub use runs::DeployRun;
+pub use scenes::DeployPlan;
+pub use summary::DeploySummary;
+pub use ways::{DeployWays, deploy_ways};
+
+use crate::machine::Conditions;
+use rayon::prelude::*;
+use rows::Row;
+use scenes::Scene;
+use serde::Serialize;
+
+/// What the bench says.
+#[derive(Clone, Debug, Serialize)]
+pub struct DeployResult {
+    /// Machine and build.
+    pub conditions: Conditions,
+    /// First seed, and one past the last.
+    pub seeds: [u64; 2],
+    /// Scene by scene.
+    pub scenes: Vec<DeployScene>,
+    /// What a round costs; empty if one swarm was asked for.
+    pub cost: Vec<DeployCostRow>,
+}
+
+/// Everybody on one scene.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DeployScene {
+    /// Its swarm's name.
+    pub scene: String,
+    /// How many robots it has.
+    pub robots: usize,
+    /// A run ends after this long if not all have arrived, s.
+    pub duration_s: f64,
+    /// Who did how well.
+    pub rows: Vec<DeployRow>,
+}
+
+/// One contender on one scene.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DeployRow {
+    /// What the table calls it.
+    pub row: &'static str,
+    /// The overrides on the scene's file that it is made of; none for a peer.
+    pub overrides: Option<Vec<&'static str>>,
+    /// What its runs say together.
+    pub summary: DeploySummary,
+    /// Run by run, in the order of seeds.
+    pub runs: Vec<DeployRun>,
+}
+
+/// Measure. `on_run` is told of every run that has ended, on whatever thread that is.
+///
+/// # Errors
+/// If a scene cannot be loaded with a seed, or a thread pool not be made.
+pub fn deploy(plan: &DeployPlan, on_run: &(dyn Fn() + Sync)) -> anyhow::Result<DeployResult> {
+    let conditions = Conditions::now();
+    let rows = rows::of(plan.quick);
+    let scenes = scene_rows(plan, &rows, on_run)?;
+    let cost = plan.cost_file().map_or_else(|| Ok(Vec::new()), |file| cost::measure(file, plan.quick))?;
+    Ok(DeployResult { conditions, seeds: [plan.seeds.start, plan.seeds.end], scenes, cost })
+}
+
+impl DeployPlan {
+    /// How many runs that is.
+    #[must_use]
+    pub fn runs(&self) -> u64 {
+        (self.scenes.len() * rows::of(self.quick).len()) as u64 * (self.seeds.end - self.seeds.start)
+    }
+}
+
+fn scene_rows(plan: &DeployPlan, rows: &[Row], on_run: &(dyn Fn() + Sync)) -> anyhow::Result<Vec<DeployScene>> {
+    let seeds: Vec<u64> = plan.seeds.clone().collect();
+    let mut jobs: Vec<(&Scene, &Row, u64)> = Vec::new();
+    for scene in &plan.scenes {
+        jobs.extend(rows.iter().flat_map(|row| seeds.iter().map(move |seed| (scene, row, *seed))));
+    }
+    let run = |(scene, row, seed): &(&Scene, &Row, u64)| {
+        let run = runs::run(scene, row, *seed);
+        on_run();
+        run
+    };
+    let runs: Vec<DeployRun> = jobs.par_iter().map(run).collect::<anyhow::Result<_>>()?;
+    let mut of_rows = runs.chunks(seeds.len().max(1));
+    let row = |row: &Row, runs: &[DeployRun]| DeployRow {
+        row: row.name,
+        overrides: row.overrides(),
+        summary: DeploySummary::of(runs),
+        runs: runs.to_vec(),
+    };
+    let scene = |scene: &Scene| {
+        let swarm = scene.load(&[], plan.seeds.start)?;
+        Ok(DeployScene {
+            scene: swarm.name,
+            robots: swarm.robots.len(),
+            duration_s: swarm.duration_s,
+            rows: rows.iter().zip(&mut of_rows).map(|(own, runs)| row(own, runs)).collect(),
+        })
+    };
+    plan.scenes.iter().map(scene).collect()
+}
+
+#[cfg(test)]
+mod tests;
