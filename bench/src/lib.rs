@@ -17,7 +17,8 @@ mod sim;
 pub use bringup::{BringupResult, bringup};
 pub use convoy::convoy;
 pub use deploy::{
-    DeployCostRow, DeployPlan, DeployResult, DeployRow, DeployRun, DeployScene, DeploySummary, DeployWays, deploy, deploy_ways,
+    DeployCostRow, DeployPlan, DeployResult, DeployRow, DeployRun, DeployScene, DeploySummary, DeployWays, deploy,
+    deploy_ways,
 };
 pub use latency::{LatencyResult, LatencyRow, latency};
 pub use machine::{Conditions, ProcessUse};

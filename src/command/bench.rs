@@ -1,12 +1,19 @@
 //! `drover bench NAME`: measure, and print what is measured.
 
 use crate::exit::Exit;
+use crate::meter;
 use anyhow::Context;
-use drover_bench::{Conditions, LatencyResult, RecordResult, SimResult, bringup, convoy, latency, rays, record, sim};
-use drover_config::{Links, Swarm, load_swarm};
-use drover_picture::{Chart, Series};
+use drover_bench::{
+    Conditions, DeployPlan, DeployResult, DeployWays, LatencyResult, RecordResult, SimResult, bringup, convoy, deploy,
+    deploy_ways, latency, rays, record, sim,
+};
+use drover_config::{Links, Problems, Swarm, load_swarm};
+use drover_contract::Twist;
+use drover_picture::{Chart, Run, Series, pictures};
+use drover_record::{Moment, RobotMoment, Setting, Truth};
 use serde::Serialize;
 use std::fmt::Display;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `drover bench`.
@@ -21,7 +28,8 @@ pub(crate) struct Arguments {
     /// A short run that shows the bench works; its figures claim nothing
     #[arg(long)]
     quick: bool,
-    /// The swarm whose kinds and behaviour are used: config/swarms/first.toml, or ten.toml for record, unless given
+    /// The swarm whose kinds and behaviour are used: config/swarms/first.toml, or ten.toml for record, unless given;
+    /// for deploy the only scene, instead of config/swarms/deploy_*.toml
     #[arg(long)]
     swarm: Option<PathBuf>,
     /// The MAVLink kind of that swarm to measure with
@@ -30,7 +38,11 @@ pub(crate) struct Arguments {
     /// Robots at most
     #[arg(long, default_value_t = 100)]
     robots: u32,
-    /// Draw what is measured against a number of robots or of runs, as SVG and PNG, into this folder (sim, record)
+    /// Seeds of each row's runs, without B: 0..20 unless given (deploy)
+    #[arg(long, value_name = "A..B", value_parser = seeds)]
+    seeds: Option<Range<u64>>,
+    /// Draw what is measured against a number of robots or of runs, and for deploy the robots' ways, as SVG and PNG,
+    /// into this folder (sim, record, deploy)
     #[arg(long, value_name = "FOLDER")]
     figures: Option<PathBuf>,
     /// First port of the virtual autopilots
@@ -51,40 +63,49 @@ enum Name {
     Sim,
     /// Processor time and size of a recording
     Record,
+    /// Deployment: the paper's, ours, its parts, modern peers, on the same scenes and seeds; what a round costs
+    Deploy,
 }
 
 pub(crate) fn execute(arguments: &Arguments) -> Exit {
-    let usual = match arguments.name {
-        Name::Record => "config/swarms/ten.toml",
-        Name::Latency | Name::Bringup | Name::Rays | Name::Sim => "config/swarms/first.toml",
-    };
-    let template = match load_swarm(arguments.swarm.as_deref().unwrap_or(Path::new(usual)), &[]) {
-        Ok(template) => template,
-        Err(problems) => return crate::command::refuse(&problems),
-    };
     let measured = match arguments.name {
-        Name::Latency => measure_latency(arguments, &template).map(|result| show(&result, arguments.json)),
-        Name::Bringup => measure_bringup(arguments, &template).map(|result| show(&result, arguments.json)),
+        Name::Deploy => measure_deploy(arguments),
         Name::Rays => {
             show(&rays(arguments.quick), arguments.json);
             Ok(())
         }
-        Name::Record => measure_record(arguments, &template).and_then(|result| {
-            show(&result, arguments.json);
-            draw(arguments, "record", &record_chart(&result))
-        }),
-        Name::Sim => measure_sim(arguments, &template).and_then(|result| {
-            show(&result, arguments.json);
-            draw(arguments, "sim", &sim_chart(&result))
-        }),
+        Name::Latency | Name::Bringup | Name::Sim | Name::Record => measure_with_template(arguments),
     };
     match measured {
         Ok(()) => Exit::Reached,
         Err(error) => {
             eprintln!("{error:#}");
-            Exit::CannotStart
+            if error.is::<Problems>() { Exit::BadInput } else { Exit::CannotStart }
         }
     }
+}
+
+/// The benches that run a swarm made after another.
+fn measure_with_template(arguments: &Arguments) -> anyhow::Result<()> {
+    let usual = if matches!(arguments.name, Name::Record) { "ten" } else { "first" };
+    let usual = Path::new("config/swarms").join(usual).with_extension("toml");
+    let template = load_swarm(arguments.swarm.as_deref().unwrap_or(&usual), &[])?;
+    match arguments.name {
+        Name::Latency => show(&measure_latency(arguments, &template)?, arguments.json),
+        Name::Bringup => show(&measure_bringup(arguments, &template)?, arguments.json),
+        Name::Record => {
+            let result = measure_record(arguments, &template)?;
+            show(&result, arguments.json);
+            draw(arguments, "record", &record_chart(&result))?;
+        }
+        Name::Sim => {
+            let result = measure_sim(arguments, &template)?;
+            show(&result, arguments.json);
+            draw(arguments, "sim", &sim_chart(&result))?;
+        }
+        Name::Rays | Name::Deploy => {} // they need none
+    }
+    Ok(())
 }
 
 fn show<T: Serialize + Display>(result: &T, json: bool) {
@@ -98,13 +119,48 @@ fn show<T: Serialize + Display>(result: &T, json: bool) {
 
 fn draw(arguments: &Arguments, name: &str, chart: &Chart) -> anyhow::Result<()> {
     let Some(folder) = &arguments.figures else { return Ok(()) };
+    write(folder, name, [("svg", chart.svg()?.into_bytes()), ("png", chart.png()?)])
+}
+
+fn write(folder: &Path, name: &str, files: [(&str, Vec<u8>); 2]) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
-    for (extension, bytes) in [("svg", chart.svg()?.into_bytes()), ("png", chart.png()?)] {
+    for (extension, bytes) in files {
         let path = folder.join(name).with_extension(extension);
         std::fs::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
         eprintln!("{}", path.display());
     }
     Ok(())
+}
+
+/// Where the robots went, from above.
+fn draw_ways(folder: &Path, ways: &DeployWays) -> anyhow::Result<()> {
+    let robots = || ways.swarm.robots.iter().map(|robot| robot.id);
+    let moment = |(time_s, poses): &(f64, Vec<_>)| {
+        let truths = poses.iter().map(|pose| Some(Truth::new(*pose, Twist::ZERO, false)));
+        let robots = robots().zip(truths).map(|(id, truth)| RobotMoment::unheard(id, truth)).collect();
+        Moment { time_s: *time_s, robots, ..Moment::default() }
+    };
+    let run = Run {
+        setting: Setting::of_swarm(&ways.swarm, 0),
+        moments: ways.moments.iter().map(moment).collect(),
+        ..Run::default()
+    };
+    let ways_alone = pictures(&run)?.into_iter().find(|picture| picture.name == "trajectories");
+    let picture = ways_alone.context("there is no picture of ways")?;
+    write(folder, &ways.name, [("svg", picture.svg.into_bytes()), ("png", picture.png)])
+}
+
+fn deploy_chart(result: &DeployResult) -> Chart {
+    let points = result.cost.iter().map(|row| [f64::from(row.robots), row.round_us]).collect();
+    Chart {
+        title: "Cost of a decision against the number of robots".into(),
+        subtitle: format!("deployment in the open, one thread; {}", result.conditions),
+        x_label: "robots".into(),
+        y_label: "microseconds a robot and round".into(),
+        x_log: true,
+        series: vec![Series { points, ..Series::default() }],
+        ..Chart::default()
+    }
 }
 
 fn sim_chart(result: &SimResult) -> Chart {
@@ -176,4 +232,25 @@ fn measure_record(arguments: &Arguments, template: &Swarm) -> anyhow::Result<Rec
 fn measure_sim(arguments: &Arguments, template: &Swarm) -> anyhow::Result<SimResult> {
     let convoy = convoy(template, &arguments.kind, arguments.robots, arguments.port_base)?;
     sim(&convoy, arguments.quick)
+}
+
+fn measure_deploy(arguments: &Arguments) -> anyhow::Result<()> {
+    let plan = DeployPlan::new(arguments.swarm.as_deref(), arguments.seeds.clone(), arguments.quick)?;
+    let bar = meter::bar(plan.runs());
+    bar.set_message(format!("of {} runs", plan.runs()));
+    let result = deploy(&plan, &|| bar.inc(1));
+    bar.finish_and_clear();
+    let result = result?;
+    show(&result, arguments.json);
+    let Some(folder) = &arguments.figures else { return Ok(()) };
+    if !result.cost.is_empty() {
+        draw(arguments, "deploy_cost", &deploy_chart(&result))?;
+    }
+    deploy_ways(&plan)?.iter().try_for_each(|ways| draw_ways(folder, ways))
+}
+
+fn seeds(text: &str) -> Result<Range<u64>, String> {
+    let ends = text.split_once("..").and_then(|(first, end)| Some(first.parse().ok()?..end.parse().ok()?));
+    let is_some = |seeds: &Range<u64>| !seeds.is_empty();
+    ends.filter(is_some).ok_or_else(|| format!("{text:?} is not A..B with whole numbers, B greater than A"))
 }

@@ -78,7 +78,8 @@ impl DeployPlan {
     /// What is wrong with a file is said before hours of runs, not after.
     fn check(&self) -> anyhow::Result<()> {
         let files = self.scenes.iter().map(|scene| &scene.file).chain(&self.cost);
-        let missing: Vec<String> = files.filter(|file| !file.is_file()).map(|file| file.display().to_string()).collect();
+        let missing: Vec<String> =
+            files.filter(|file| !file.is_file()).map(|file| file.display().to_string()).collect();
         anyhow::ensure!(
             missing.is_empty(),
             "not there: {}. The scenes of this bench are files: run it from the top of the project, which has them in \

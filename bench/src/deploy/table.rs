@@ -47,9 +47,7 @@ impl fmt::Display for DeployRow {
         let all = &self.summary;
         let (connected, arrived) = (share(all.connected_always.as_ref()), share(all.all_arrived.as_ref()));
         let there = all.arrived_fraction.as_ref().map(|there| there.mean);
-        let time = all.time_s.as_ref().map_or_else(String::new, |time| {
-            format!("{:>5.0} ({:>4.0}..{:<.0})", time.median, time.q1, time.q3)
-        });
+        let time = quartiles(all.time_s.as_ref());
         write!(f, "{:<29} {connected:<17} {arrived:<17} {:>5} {time:<17}", self.row, short(there, 2))?;
         let worst = |spread: &Option<Spread>| spread.as_ref().map(|spread| spread.worst);
         let mean = |spread: &Option<Spread>| spread.as_ref().map(|spread| spread.mean);
@@ -73,6 +71,13 @@ fn share(spread: Option<&Spread>) -> String {
     let interval = |spread: &Spread| Some((spread.mean, spread.ci95_low?, spread.ci95_high?));
     match spread.and_then(interval) {
         Some((mean, low, high)) => format!("{mean:.2} [{low:.2}, {high:.2}]"),
+        None => "-".into(),
+    }
+}
+
+fn quartiles(spread: Option<&Spread>) -> String {
+    match spread {
+        Some(Spread { median, q1, q3, .. }) => format!("{median:>5.0} ({q1:.0}..{q3:.0})"),
         None => "-".into(),
     }
 }

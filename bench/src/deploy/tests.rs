@@ -71,8 +71,7 @@ fn a_small_run_gives_finite_numbers_the_same_on_one_thread() {
 fn ways_begin_at_the_start_and_end_at_the_layout() {
     let all = deploy_ways(&plan(true)).unwrap();
     let names: Vec<&str> = all.iter().map(|ways| ways.name.as_str()).collect();
-    let expected =
-        ["figure5_deploy_exp1_literal_all_links", "figure5_deploy_exp1_literal", "figure5_deploy_exp1_safe"];
+    let expected = ["figure5_deploy_exp1_literal_all_links", "figure5_deploy_exp1_literal", "figure5_deploy_exp1_safe"];
     assert_eq!(names, expected);
     for ways in &all {
         let (first, last) = (&ways.moments[0], &ways.moments[ways.moments.len() - 1]);

@@ -2,6 +2,7 @@
 
 use crate::cadence::{Beat, Cadence};
 use crate::estimate::{Estimate, Motion};
+use crate::links::LinkPeer;
 use crate::law::{Law, Outcome, View};
 use crate::limit::limit;
 use crate::mailbox::Mailbox;
@@ -12,7 +13,7 @@ use crate::supervisor::conditions::{Ages, RequestFact};
 use crate::supervisor::{self, Conditions, GuardParams, Obstacles, Reason, StopReason, Supervisor, Verdict, near_side};
 use drover_config::{Drive, Mount, RobotFile, Timeouts};
 use drover_contract::{
-    Beacon, BehaviourState, Event, Limits, Pose, RobotId, SafeCommand, Scan, Stamp, Twist, Vec2,
+    Beacon, BehaviourState, Event, Limits, LinkReport, Pose, RobotId, SafeCommand, Scan, Stamp, Twist, Vec2,
 };
 use nalgebra::Isometry2;
 use std::sync::Arc;
@@ -44,6 +45,8 @@ pub struct Node {
     estimate: Estimate,
     peers: Peers,
     law: Law,
+    /// What to tell of links, beside the newest beacon.
+    links_due: Option<LinkReport>,
     supervisor: Supervisor,
     guard: GuardParams,
     /// Where the lidar sits on the body.
@@ -61,6 +64,7 @@ pub struct Workspace {
     matches: Matches,
     neighbours: Vec<Neighbour>,
     unseen_b: Vec<Vec2>,
+    walls_b: Vec<Vec2>,
     obstacles: Obstacles,
     scratch: supervisor::Scratch,
 }
@@ -95,8 +99,9 @@ impl Node {
             cadence: Cadence::new(tick, now),
             mailbox: Mailbox::default(),
             estimate: Estimate::new(start_wb, file.kind.body.track_m),
+            law: Law::new(file, &roster, epoch, now),
+            links_due: None,
             peers: Peers::new(id, roster, peer_timeout),
-            law: Law::new(id, &file.behaviour),
             supervisor: Supervisor::new(guard),
             guard,
             mount: mount_of(&file.kind.lidar.mount),
@@ -120,6 +125,15 @@ impl Node {
     /// Takes a peer's beacon; old, duplicate, unknown and malformed ones are counted and dropped.
     pub fn handle_beacon(&mut self, now: Stamp, beacon: &Beacon) {
         self.peers.handle_beacon(now, beacon);
+    }
+
+    /// Takes what a peer reports of its links; nothing to a behaviour that keeps none.
+    pub fn handle_links(&mut self, now: Stamp, report: &LinkReport) {
+        let motion = self.estimate.motion(now);
+        if let Some(law) = self.law.deployer_mut() {
+            let place = law.place(motion.pose_wb.position(), motion.twist_b.speed_mps, self.limits.brake_mps2);
+            law.handle_report(now, report, &place);
+        }
     }
 
     /// Stops for good: every tick from now on answers STOP, until the program starts anew.
@@ -154,6 +168,10 @@ impl Node {
         let Workspace { seen, bodies, matches, obstacles, scratch, .. } = scene;
         let peers = supervisor::Peers { bodies, matches, own_bound_m: motion.pos_bound_m, unheard };
         obstacles.fill(seen, &peers, self.guard.keep_m(), self.guard.reach_m_max(motion.twist_b));
+        if let Some(law) = self.law.deployer() {
+            let pose_wb = motion.pose_wb;
+            obstacles.stay_in(law.discs().map(|disc| (pose_wb.inverse_transform(disc.centre_w), disc.radius_m)));
+        }
         let decision = self.supervisor.tick(&facts, request.ok(), motion.twist_b, obstacles, scratch);
         self.status.nearest_m = seen.nearest_m;
         self.status.request = request.ok();
@@ -209,12 +227,17 @@ impl Node {
             let places = scene.bodies.iter().zip(&scene.matches.bodies);
             scene.unseen_b.extend(places.filter_map(|(body, place)| near_side(body, *place, motion.pos_bound_m)));
         }
+        scene.walls_b.clear();
+        if self.law.asks_for_walls() {
+            scene.walls_b.extend(scene.matches.walls(&scene.seen));
+        }
         let view = View {
             now,
             dt_s: beat.dt_s,
             motion,
             neighbours: &scene.neighbours,
             wall_b,
+            walls_b: &scene.walls_b,
             points_b: &scene.seen.points_b,
             unseen_b: &scene.unseen_b,
             limits: &self.limits,
@@ -267,6 +290,11 @@ impl Node {
         self.beacon_due = if next > now { next } else { now + self.beacon_every };
         self.seq = self.seq.saturating_add(1);
         let motion = self.estimate.motion(now);
+        if let Some(law) = self.law.deployer_mut() {
+            let place = law.place(motion.pose_wb.position(), motion.twist_b.speed_mps, self.limits.brake_mps2);
+            let peers: Vec<LinkPeer> = self.peers.told(now).collect();
+            self.links_due = Some(law.attend(now, &place, &peers));
+        }
         Some(Beacon {
             robot: self.id,
             epoch: self.epoch,
@@ -280,6 +308,11 @@ impl Node {
             state: self.status.state,
             progress: self.status.progress,
         })
+    }
+
+    /// What to tell of links beside the beacon that [`Node::poll_beacon`] has just given, if the behaviour keeps any.
+    pub fn poll_links(&mut self) -> Option<LinkReport> {
+        self.links_due.take()
     }
 
     /// The robot as of its last tick.

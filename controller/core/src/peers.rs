@@ -13,6 +13,7 @@
 //! time sets an offset, and what a later one takes beyond that counts as age. So a beacon that lay in a queue is as
 //! old as it is, not as fresh as it looks.
 
+use crate::links::LinkPeer;
 use drover_contract::{Beacon, BehaviourState, Pose, RobotId, Stamp, Twist, Vec2};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -90,6 +91,11 @@ impl Roster {
     pub fn new(robots: impl IntoIterator<Item = (RobotId, f64)>) -> Self {
         Self { radius_m: robots.into_iter().collect() }
     }
+
+    /// Everybody's id, sorted.
+    pub(crate) fn ids(&self) -> impl Iterator<Item = RobotId> + '_ {
+        self.radius_m.keys().copied()
+    }
 }
 
 /// The ageing table.
@@ -155,6 +161,17 @@ impl Peers {
     pub(crate) fn followable(&self, now: Stamp) -> impl Iterator<Item = Neighbour> + '_ {
         let fresh = self.table.iter().filter(move |record| record.age_us(now) <= self.timeout_us);
         fresh.map(move |record| record.neighbour(self.pose_wb(record, now)))
+    }
+
+    /// The peers that were heard within the timeout, sorted by id, as they told it: not carried forward.
+    pub(crate) fn told(&self, now: Stamp) -> impl Iterator<Item = LinkPeer> + '_ {
+        let fresh = self.table.iter().filter(move |record| record.age_us(now) <= self.timeout_us);
+        fresh.map(move |record| {
+            let Beacon { robot, pose_wb, twist_b, .. } = record.beacon;
+            let ahead_w = pose_wb.transform(Vec2::new(1.0, 0.0)) - pose_wb.position();
+            let vel_w = ahead_w * twist_b.speed_mps;
+            LinkPeer { id: robot, pos_w: pose_wb.position(), vel_w, age_s: seconds(record.age_us(now)) }
+        })
     }
 
     /// Every body ever heard of, sorted by id, whatever its state; but for those that are surely farther than `range_m`

@@ -244,11 +244,15 @@ impl Matches {
         nearest_b
     }
 
+    /// The hits that are not peers', in the body frame of now.
+    pub(crate) fn walls<'a>(&'a self, seen: &'a Surroundings) -> impl Iterator<Item = Vec2> + 'a {
+        let hits = seen.points_b.iter().zip(&self.on_body);
+        hits.filter(|(_, on_body)| !**on_body).map(|(point_b, _)| *point_b)
+    }
+
     /// The nearest hit that is not a peer's, in the body frame of now: what laws take for walls.
     pub(crate) fn nearest_wall(&self, seen: &Surroundings, from_b: Vec2) -> Option<Vec2> {
-        let walls =
-            seen.points_b.iter().zip(&self.on_body).filter(|(_, on_body)| !**on_body).map(|(point_b, _)| point_b);
-        walls.min_by(|a, b| (**a - from_b).norm_squared().total_cmp(&(**b - from_b).norm_squared())).copied()
+        self.walls(seen).min_by(|a, b| (a - from_b).norm_squared().total_cmp(&(b - from_b).norm_squared()))
     }
 }
 

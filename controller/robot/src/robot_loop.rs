@@ -6,6 +6,7 @@
 use crate::adapter::{Adapter, LinkCounters};
 use crate::witness::Recording;
 use drover_codec::beacon::{self, Message};
+use drover_codec::links;
 use drover_config::RobotFile;
 use drover_contract::{Clock, DriveState, Event, Link, SafeCommand, Scan, Severity, Stamp, Watchdog};
 use drover_core::{HeardPeer, Node, Status, StopReason};
@@ -224,6 +225,7 @@ impl RobotLoop {
     fn hear(&mut self, now: Stamp, bytes: &[u8]) {
         match beacon::decode(bytes) {
             Ok(Message::Beacon { swarm, beacon }) if swarm == self.swarm => self.node.handle_beacon(now, &beacon),
+            Ok(Message::Links { swarm, report }) if swarm == self.swarm => self.node.handle_links(now, &report),
             Ok(Message::Stop { swarm, robot }) if swarm == self.swarm => {
                 if robot.is_none_or(|id| id.0 == self.file.robot.id) {
                     self.node.handle_stop(now, StopReason::Operator);
@@ -319,9 +321,17 @@ impl RobotLoop {
     fn tell_peers(&mut self, now: Stamp) {
         let Some(beacon) = self.node.poll_beacon(now) else { return };
         let bytes = beacon::encode_beacon(self.swarm, &beacon, self.beacon_seq);
+        self.say(&bytes);
+        if let Some(report) = self.node.poll_links() {
+            let bytes = links::encode_links(self.swarm, &report, self.beacon_seq);
+            self.say(&bytes);
+        }
+    }
+
+    /// A message that cannot be sent is replaced by the next one; peers notice the silence by themselves.
+    fn say(&mut self, bytes: &[u8]) {
         self.beacon_seq = self.beacon_seq.wrapping_add(1);
-        // A beacon that cannot be sent is replaced by the next one; peers notice the silence by themselves.
-        if self.beacons.send(&bytes).is_err() {
+        if self.beacons.send(bytes).is_err() {
             self.links.errors += 1;
         }
     }

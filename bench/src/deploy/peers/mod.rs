@@ -20,7 +20,7 @@ mod links;
 mod qp;
 mod run;
 
-pub(crate) use run::{PeerRun, run};
+pub(crate) use run::run;
 
 use cbf::{Cbf, CbfParams};
 use detour::DetourParams;

@@ -10,10 +10,11 @@ mod flock;
 mod waypoints;
 
 use crate::estimate::Motion;
-use crate::peers::Neighbour;
+use crate::peers::{Neighbour, Roster};
 use arrival::Arrival;
 pub use diffuse::Diffusion;
-use drover_config::{Behaviour, Flock};
+use deploy::Deployer;
+use drover_config::{Behaviour, Flock, RobotFile};
 use drover_contract::{BehaviourState, Limits, RobotId, Stamp, Twist, Vec2};
 use waypoints::Route;
 
@@ -35,6 +36,8 @@ pub(crate) struct View<'a> {
     pub(crate) neighbours: &'a [Neighbour],
     /// The return nearest to the law's reference point that is not a peer's, body frame.
     pub(crate) wall_b: Option<Vec2>,
+    /// What the scan shows beside peers, body frame; only for a law that asks for it.
+    pub(crate) walls_b: &'a [Vec2],
     /// Everything that the scan shows, peers too, body frame.
     pub(crate) points_b: &'a [Vec2],
     /// The near sides of peers that are heard and not seen, as far towards us as they may be, body frame.
@@ -58,12 +61,14 @@ enum Role {
     Leader(Route),
     Follower { params: flock::Params, before: Twist, arrival: Arrival },
     Diffuser(Diffusion),
-    Deployer,
+    Deployer(Box<Deployer>),
 }
 
 impl Law {
-    /// The law of robot `own` in `behaviour`.
-    pub(crate) fn new(own: RobotId, behaviour: &Behaviour) -> Self {
+    /// The law of the robot of `file`.
+    /// `roster` are all robots, `epoch` is its life.
+    pub(crate) fn new(file: &RobotFile, roster: &Roster, epoch: u32, now: Stamp) -> Self {
+        let own = RobotId(file.robot.id);
         let start = |role, goal_w, (head_offset_m, range_m)| Self {
             role,
             goal_w,
@@ -72,13 +77,17 @@ impl Law {
             head_offset_m,
             range_m,
         };
-        match behaviour {
+        match &file.behaviour {
             Behaviour::Flock(flock) => {
                 let role = if RobotId(flock.leader) == own { lead(flock) } else { follow(flock) };
                 let goal_w = flock.waypoints_m.last().map_or_else(Vec2::zeros, |[x, y]| Vec2::new(*x, *y));
                 start(role, goal_w, (flock.head_offset_m, flock.head_offset_m + flock.obstacle_range_m))
             }
-            Behaviour::Deploy(_) => start(Role::Deployer, Vec2::zeros(), (0.0, 1.0)),
+            Behaviour::Deploy(deploy) => {
+                let ids = roster.ids().filter(|id| *id != own).chain([own]);
+                let law = Deployer::new(file, deploy, ids, (own, epoch), now);
+                start(Role::Deployer(Box::new(law)), Vec2::zeros(), (0.0, deploy.range_m))
+            }
             Behaviour::Diffuse(params) => {
                 start(Role::Diffuser(Diffusion::new(*params)), Vec2::zeros(), (0.0, params.clearance_m))
             }
@@ -88,7 +97,7 @@ impl Law {
     /// Where the nearest wall is measured from, body frame.
     pub(crate) fn reference_b(&self) -> Vec2 {
         match self.role {
-            Role::Leader(_) | Role::Diffuser(_) | Role::Deployer => Vec2::zeros(),
+            Role::Leader(_) | Role::Diffuser(_) | Role::Deployer(_) => Vec2::zeros(),
             Role::Follower { .. } => Vec2::new(self.head_offset_m, 0.0),
         }
     }
@@ -96,8 +105,8 @@ impl Law {
     /// Whether peers matter to it.
     pub(crate) fn asks_for_peers(&self) -> bool {
         match self.role {
-            Role::Leader(_) | Role::Follower { .. } => true,
-            Role::Diffuser(_) | Role::Deployer => false,
+            Role::Leader(_) | Role::Follower { .. } | Role::Deployer(_) => true,
+            Role::Diffuser(_) => false,
         }
     }
 
@@ -106,11 +115,32 @@ impl Law {
         self.range_m
     }
 
+    /// Whether every return that is not a peer's matters to it.
+    pub(crate) fn asks_for_walls(&self) -> bool {
+        self.deployer().is_some()
+    }
+
+    /// The law that keeps links, if it is one.
+    pub(crate) fn deployer(&self) -> Option<&Deployer> {
+        match &self.role {
+            Role::Deployer(law) => Some(law),
+            Role::Leader(_) | Role::Follower { .. } | Role::Diffuser(_) => None,
+        }
+    }
+
+    /// The same to be told something.
+    pub(crate) fn deployer_mut(&mut self) -> Option<&mut Deployer> {
+        match &mut self.role {
+            Role::Deployer(law) => Some(law),
+            Role::Leader(_) | Role::Follower { .. } | Role::Diffuser(_) => None,
+        }
+    }
+
     /// Whether it steers away from peers that it hears and does not see.
     pub(crate) fn minds_unseen(&self) -> bool {
         match self.role {
-            Role::Leader(_) | Role::Follower { .. } => false,
-            Role::Diffuser(_) | Role::Deployer => true,
+            Role::Leader(_) | Role::Follower { .. } | Role::Deployer(_) => false,
+            Role::Diffuser(_) => true,
         }
     }
 
@@ -119,7 +149,7 @@ impl Law {
         let gap_m = (view.motion.pose_wb.position() - self.goal_w).norm();
         let outcome = match &mut self.role {
             Role::Leader(route) => Outcome::Solved(route.step(view)),
-            Role::Deployer => Outcome::Stale("not built"),
+            Role::Deployer(law) => law.step(view),
             Role::Diffuser(law) => Outcome::Solved(law.step(view.points_b.iter().chain(view.unseen_b).copied())),
             Role::Follower { params, before, arrival } => {
                 let leader = view.neighbours.iter().find(|peer| peer.id == params.leader);
@@ -145,7 +175,8 @@ impl Law {
         let start_m = *self.start_gap_m.get_or_insert(gap_m.max(1e-3));
         let now = match &self.role {
             Role::Leader(route) => route.progress(),
-            Role::Diffuser(_) | Role::Deployer => 0.0,
+            Role::Deployer(law) => law.progress(),
+            Role::Diffuser(_) => 0.0,
             // A follower knows no way, only how far the end is; it never reports all before it has arrived.
             Role::Follower { .. } => (1.0 - gap_m / start_m).clamp(0.0, 0.99),
         };
@@ -164,7 +195,8 @@ impl Law {
         match &self.role {
             Role::Leader(route) => route.reached(),
             Role::Follower { arrival, .. } => arrival.done(),
-            Role::Diffuser(_) | Role::Deployer => false,
+            Role::Deployer(law) => law.reached(),
+            Role::Diffuser(_) => false,
         }
     }
 
@@ -173,7 +205,8 @@ impl Law {
         match &self.role {
             Role::Leader(route) => route.next_w(),
             Role::Follower { arrival, .. } => (!arrival.done()).then_some(self.goal_w),
-            Role::Diffuser(_) | Role::Deployer => None,
+            Role::Deployer(law) => Some(law.target_w()),
+            Role::Diffuser(_) => None,
         }
     }
 
@@ -181,7 +214,8 @@ impl Law {
     pub(crate) fn relies_on(&self, peer: RobotId) -> bool {
         match &self.role {
             Role::Follower { params, .. } => params.leader == peer,
-            Role::Leader(_) | Role::Diffuser(_) | Role::Deployer => false,
+            Role::Deployer(law) => law.relies_on(peer),
+            Role::Leader(_) | Role::Diffuser(_) => false,
         }
     }
 

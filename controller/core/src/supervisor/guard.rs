@@ -8,6 +8,8 @@
 //! may come nearer than what is nearest, and nothing in the inner half may come nearer at all: the robot can slide
 //! along a wall and leave it, and noise cannot walk it in. *Clear* of peers: the centre stays in its half of the gap.
 //!
+//! *Clear* of links: the centre leaves no disc that was agreed on with a peer.
+//!
 //! A disc that turns in place touches nothing new: that is always allowed to a robot that stands.
 
 use super::Reason;
@@ -137,6 +139,7 @@ struct Bounds {
     /// Each with the distance that the centre must keep from it.
     points: Vec<(Vec2, f64)>,
     planes: Vec<Plane>,
+    discs: Vec<(Vec2, f64)>,
 }
 
 impl Bounds {
@@ -150,12 +153,14 @@ impl Bounds {
         let nearest_m = self.points.iter().map(|(_, distance_m)| *distance_m).fold(f64::INFINITY, f64::min);
         let floor_m = nearest_m.clamp(params.radius_m + params.margin_m / 2.0, keep_m);
         self.points.iter_mut().for_each(|(_, distance_m)| *distance_m = floor_m.min(*distance_m));
+        self.discs.clear();
+        self.discs.extend(obstacles.discs.iter().filter(|(centre, radius_m)| centre.norm() + reach_m > *radius_m));
         self.planes.clear();
         self.planes.extend(obstacles.planes.iter().filter(|plane| plane.advance_m <= reach_m));
     }
 
     fn is_empty(&self) -> bool {
-        self.points.is_empty() && self.planes.is_empty()
+        self.points.is_empty() && self.planes.is_empty() && self.discs.is_empty()
     }
 
     fn crossed_by(&self, path: &[Vec2]) -> Option<Reason> {
@@ -167,6 +172,10 @@ impl Bounds {
             let near = |(point, keep_m): &(Vec2, f64)| (point - place).norm_squared() < (keep_m - ROUNDING_M).powi(2);
             self.points.iter().any(near).then_some(Reason::Obstacle)
         };
-        path.iter().find_map(|place| plane_hit(place).or_else(|| point_hit(place)))
+        let disc_left = |place: &Vec2| {
+            let left = |(centre, radius_m): &(Vec2, f64)| (place - centre).norm() > radius_m + ROUNDING_M;
+            self.discs.iter().any(left).then_some(Reason::Link)
+        };
+        path.iter().find_map(|place| plane_hit(place).or_else(|| point_hit(place)).or_else(|| disc_left(place)))
     }
 }

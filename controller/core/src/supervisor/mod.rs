@@ -81,6 +81,8 @@ pub enum Reason {
     Obstacle,
     /// Another robot is in the way.
     Peer,
+    /// A link to a peer would be stretched farther than was agreed.
+    Link,
 }
 
 impl Reason {
@@ -103,6 +105,7 @@ impl Reason {
             Self::Law(why) => why,
             Self::Obstacle => "obstacle",
             Self::Peer => "peer",
+            Self::Link => "link",
         }
     }
 }

@@ -10,6 +10,8 @@
 //!   on its way to us: there too the body uses half of the gap only. Nobody waits; the approach to things ahead is
 //!   slower.
 //!
+//! - **Links**: discs on which both ends of a link have agreed; the centre stays in each ([`crate::links`]).
+//!
 //! A peer that the scan sees is measured by the scan: the bounds on both poses then do not matter. One that it does not
 //! see is taken from its beacon, as large as the bounds make it.
 
@@ -32,6 +34,8 @@ pub(crate) struct Obstacles {
     pub(super) points_b: Vec<Vec2>,
     /// Half-planes: the centre may not advance farther than `advance_m` along `normal_b`.
     pub(super) planes: Vec<Plane>,
+    /// Discs that the centre may not leave: centre and radius, metres.
+    pub(super) discs: Vec<(Vec2, f64)>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,6 +54,7 @@ impl Obstacles {
         let near = |point_b: &&Vec2| point_b.norm_squared() <= within_m * within_m;
         self.points_b.clear();
         self.points_b.extend(seen.points_b.iter().filter(near));
+        self.discs.clear();
         self.planes.clear();
         let pairs = peers.bodies.iter().zip(&peers.matches.bodies);
         self.planes.extend(pairs.filter_map(|(body, place)| peer_plane(body, *place, peers.own_bound_m, keep_m)));
@@ -58,6 +63,14 @@ impl Obstacles {
         if peers.unheard {
             self.planes.extend(self.points_b.iter().filter_map(|hit_b| stranger_plane(*hit_b, keep_m)));
         }
+    }
+}
+
+impl Obstacles {
+    /// The centre has to stay in these discs, body frame: the links that were agreed on. One that it is outside of
+    /// already it may not leave farther.
+    pub(crate) fn stay_in(&mut self, discs_b: impl Iterator<Item = (Vec2, f64)>) {
+        self.discs.extend(discs_b.map(|(centre_b, radius_m)| (centre_b, radius_m.max(centre_b.norm()))));
     }
 }
 

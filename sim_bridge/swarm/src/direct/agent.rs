@@ -1,7 +1,8 @@
 //! One robot on values: its node, its ideal firmware, its ears.
 
 use drover_config::RobotFile;
-use drover_contract::{Beacon, Event, Stamp, Twist};
+use super::inbox::Words;
+use drover_contract::{Event, Stamp, Twist};
 use drover_core::{Node, Roster, Status, Workspace};
 use drover_robot::{HeardView, ScanView, View};
 use drover_world::{BodyState, IdealDevice, Lidar, Place};
@@ -49,12 +50,15 @@ impl Agent {
         now: Stamp,
         around: &mut Around<'_, H>,
         workspace: &mut Workspace,
-    ) -> Option<Beacon>
+    ) -> Option<Words>
     where
-        H: Iterator<Item = &'h Beacon>,
+        H: Iterator<Item = &'h Words>,
     {
-        for beacon in &mut around.heard {
-            self.node.handle_beacon(now, beacon);
+        for words in &mut around.heard {
+            self.node.handle_beacon(now, &words.beacon);
+            if let Some(report) = &words.links {
+                self.node.handle_links(now, report);
+            }
         }
         let Self { node, device, fresh_scan, .. } = self;
         let Around { place, robot, lidar, state, .. } = around;
@@ -70,7 +74,8 @@ impl Agent {
             let command = self.node.tick_in(now, workspace);
             self.device.command(now, command.twist_b());
         }
-        self.node.poll_beacon(now)
+        let beacon = self.node.poll_beacon(now)?;
+        Some(Words { beacon, links: self.node.poll_links().map(Box::new) })
     }
 
     fn tick_due(&self, now: Stamp) -> bool {

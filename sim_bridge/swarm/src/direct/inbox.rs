@@ -4,7 +4,7 @@
 //! numbers by receiver in one compact list.
 
 use drover_config::Radio;
-use drover_contract::{Beacon, Stamp};
+use drover_contract::{Beacon, LinkReport, Stamp};
 use std::collections::VecDeque;
 use std::ops::Range;
 use std::time::Duration;
@@ -12,9 +12,17 @@ use std::time::Duration;
 /// A beacon's number: how many were said before it, modulo 2^32.
 pub(super) type Number = u32;
 
+/// What a robot says at once.
+#[derive(Clone, Debug)]
+pub(super) struct Words {
+    pub(super) beacon: Beacon,
+    /// Of its links, if its behaviour keeps any.
+    pub(super) links: Option<Box<LinkReport>>,
+}
+
 /// Beacons on their way, and those that have arrived since the last turn.
 pub(super) struct Inbox {
-    said: VecDeque<Beacon>,
+    said: VecDeque<Words>,
     /// Number of the oldest that is kept.
     oldest: Number,
     /// No message is on its way for longer than this.
@@ -44,8 +52,8 @@ impl Inbox {
     }
 
     /// A beacon is said; the number that those who hear it get.
-    pub(super) fn say(&mut self, beacon: Beacon) -> Number {
-        self.said.push_back(beacon);
+    pub(super) fn say(&mut self, words: Words) -> Number {
+        self.said.push_back(words);
         self.oldest.wrapping_add(self.said.len() as u32 - 1)
     }
 
@@ -53,7 +61,7 @@ impl Inbox {
     pub(super) fn clear(&mut self, now: Stamp) {
         self.arrived.clear();
         self.starts.clear();
-        while self.said.front().is_some_and(|beacon| beacon.sent + self.lifetime < now) {
+        while self.said.front().is_some_and(|words| words.beacon.sent + self.lifetime < now) {
             self.said.pop_front();
             self.oldest = self.oldest.wrapping_add(1);
         }
@@ -84,7 +92,7 @@ impl Inbox {
     }
 
     /// What has arrived for `robot`, in the order of arrival.
-    pub(super) fn of(&self, robot: usize) -> impl Iterator<Item = &Beacon> + '_ {
+    pub(super) fn of(&self, robot: usize) -> impl Iterator<Item = &Words> + '_ {
         let at = |robot: usize| self.starts.get(robot).map_or(0, |start| *start as usize);
         let run: Range<usize> = at(robot)..at(robot + 1);
         self.order[run].iter().filter_map(|number| self.said.get(number.wrapping_sub(self.oldest) as usize))
@@ -92,7 +100,7 @@ impl Inbox {
 
     /// Heap bytes held.
     pub(super) fn bytes(&self) -> usize {
-        self.said.capacity() * size_of::<Beacon>()
+        self.said.capacity() * size_of::<Words>()
             + self.arrived.capacity() * size_of::<(u32, Number)>()
             + (self.order.capacity() + self.starts.capacity()) * size_of::<u32>()
     }
@@ -103,8 +111,8 @@ mod tests {
     use super::*;
     use drover_contract::{BehaviourState, Pose, RobotId, Twist};
 
-    fn beacon(seq: u32, sent: Stamp) -> Beacon {
-        Beacon {
+    fn beacon(seq: u32, sent: Stamp) -> Words {
+        let beacon = Beacon {
             robot: RobotId(1),
             epoch: 1,
             seq,
@@ -116,7 +124,8 @@ mod tests {
             radius_m: 0.3,
             state: BehaviourState::Active,
             progress: 0.0,
-        }
+        };
+        Words { beacon, links: None }
     }
 
     fn inbox() -> Inbox {
@@ -124,7 +133,7 @@ mod tests {
     }
 
     fn heard(inbox: &Inbox, robot: usize) -> Vec<u32> {
-        inbox.of(robot).map(|beacon| beacon.seq).collect()
+        inbox.of(robot).map(|words| words.beacon.seq).collect()
     }
 
     #[test]

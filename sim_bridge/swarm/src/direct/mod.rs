@@ -11,11 +11,11 @@ mod inbox;
 use crate::trial::Trial;
 use agent::{Agent, Around};
 use drover_config::{RobotFile, Swarm};
-use drover_contract::{Beacon, RobotId, Stamp, Twist};
+use drover_contract::{RobotId, Stamp, Twist};
 use drover_core::{Roster, Status, Workspace};
 use drover_robot::View;
 use drover_world::{Arena, BodySpec, Radio, RadioTally};
-use inbox::{Inbox, Number};
+use inbox::{Inbox, Number, Words};
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::Duration;
@@ -34,7 +34,7 @@ pub struct DirectSwarm {
     /// What each robot asks of its body, and says in this step: lists of their own, to be gone through without touching
     /// the robots.
     demands: Vec<Twist>,
-    beacons: Vec<Option<Beacon>>,
+    beacons: Vec<Option<Words>>,
 }
 
 impl DirectSwarm {
@@ -61,7 +61,7 @@ impl DirectSwarm {
             radio: Radio::new(&swarm.radio, &ids, swarm.seed),
             inbox: Inbox::new(&swarm.radio, step),
             demands: vec![Twist::ZERO; swarm.robots.len()],
-            beacons: vec![None; swarm.robots.len()],
+            beacons: vec![const { None }; swarm.robots.len()],
         }
     }
 

@@ -47,14 +47,15 @@ impl Detour {
         self.hurry = hurry;
     }
 
-    /// The wish to follow instead of `wish` for `dt_s`, metres.
-    pub(super) fn instead(&mut self, at_w: Vec2, wish: Vec2, walls: &[Capsule], dt_s: f64) -> Vec2 {
+    /// The wish to follow instead of `wish` for `dt_s`, metres. Forces can cancel: who goes around makes steps of
+    /// `step_m`.
+    pub(super) fn instead(&mut self, at_w: Vec2, wish: Vec2, walls: &[Capsule], (step_m, dt_s): (f64, f64)) -> Vec2 {
         if let Some((left_s, side)) = self.going {
             self.going = Some((left_s - dt_s, side)).filter(|(left_s, _)| *left_s > 0.0);
             if self.going.is_none() {
                 self.mark = None;
             }
-            return around(at_w, wish, walls, side);
+            return around(at_w, wish, walls, side) * step_m;
         }
         let (mark_w, waited_s) = self.mark.unwrap_or((at_w, 0.0));
         self.mark = Some(if (at_w - mark_w).norm() > PROGRESS_M {
@@ -69,7 +70,7 @@ impl Detour {
         let side = side_of(at_w, wish, walls) * if self.tried.is_multiple_of(2) { 1.0 } else { -1.0 };
         self.tried += 1;
         self.going = Some((if self.hurry { DETOUR_S / 2.0 } else { DETOUR_S }, side));
-        around(at_w, wish, walls, side)
+        around(at_w, wish, walls, side) * step_m
     }
 }
 
@@ -86,12 +87,13 @@ fn side_of(at_w: Vec2, wish: Vec2, walls: &[Capsule]) -> f64 {
     off_wall(at_w, walls).map_or(1.0, |(off, _)| if off.perp(&wish) >= 0.0 { 1.0 } else { -1.0 })
 }
 
+/// The direction to go around in.
 fn around(at_w: Vec2, wish: Vec2, walls: &[Capsule], side: f64) -> Vec2 {
-    let length_m = wish.norm();
     if let Some((off, apart_m)) = off_wall(at_w, walls) {
         let along = Vec2::new(-off.y, off.x) * side;
-        return (along + off * (KEEP_M - apart_m)).normalize() * length_m;
+        return (along + off * (KEEP_M - apart_m)).normalize();
     }
+    let Some(wish) = wish.try_normalize(1e-12) else { return wish };
     let (sin, cos) = (sin(side * TURN_RAD), cos(side * TURN_RAD));
     Vec2::new(wish.x * cos - wish.y * sin, wish.x * sin + wish.y * cos)
 }
@@ -106,11 +108,11 @@ mod tests {
         let wish = Vec2::new(0.4, 0.3);
         let mut detour = Detour::default();
         let at_w = Vec2::new(1.3, 0.0);
-        let wishes: Vec<Vec2> = (0..60).map(|_| detour.instead(at_w, wish, &walls, 1.0)).collect();
+        let wishes: Vec<Vec2> = (0..60).map(|_| detour.instead(at_w, wish, &walls, (0.5, 1.0))).collect();
         assert!(wishes[..20].iter().all(|same| *same == wish), "patience");
         assert!(wishes[21].y > 0.49, "to the side of the wish: {}", wishes[21]);
         assert!(wishes[50] == wish, "and waits again");
-        let again: Vec<Vec2> = (0..20).map(|_| detour.instead(at_w, wish, &walls, 1.0)).collect();
+        let again: Vec<Vec2> = (0..20).map(|_| detour.instead(at_w, wish, &walls, (0.5, 1.0))).collect();
         assert!(again[19].y < -0.49, "then to the other: {}", again[19]);
     }
 
@@ -118,6 +120,6 @@ mod tests {
     fn who_moves_never_leaves_its_way() {
         let mut detour = Detour::default();
         let wish = Vec2::new(0.5, 0.0);
-        assert!((0..200).all(|step| detour.instead(Vec2::new(0.5 * f64::from(step), 0.0), wish, &[], 1.0) == wish));
+        assert!((0..200).all(|step| detour.instead(Vec2::new(0.5 * f64::from(step), 0.0), wish, &[], (0.5, 1.0)) == wish));
     }
 }

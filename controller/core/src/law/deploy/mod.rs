@@ -15,6 +15,7 @@
 //! | [`detour`] | out of standstills |
 //! | [`topology`] | which links are kept: all, RNG, LMST of k hops; the tree towards the goal |
 //! | [`geodesic`], [`known_map`] | shortest ways where the map is known: out of pockets |
+//! | [`body`] | the law on two wheels |
 //! | [`teammate`], [`places`] | one robot that knows its peers by beacons; who goes where after losses |
 //! | [`lockstep`] | the paper's synchronous swarm: all decide on one snapshot |
 //!
@@ -29,6 +30,7 @@
 //! **Cost** per robot and period: O(n) for the forces, O(n^2) for the tree of the n robots within k hops.
 //! **Cannot solve**: never; where nothing is allowed the robot stays.
 
+mod body;
 mod detour;
 mod forces;
 mod geodesic;
@@ -40,6 +42,7 @@ mod predict;
 mod teammate;
 mod topology;
 
+pub(crate) use body::Deployer;
 pub use geodesic::{Aim, CELL_M, Field, Geodesic};
 pub use lockstep::{Lockstep, Moves};
 pub use pilot::{Pilot, Sight};
@@ -76,6 +79,8 @@ pub struct Params {
     /// South-west and north-east corner of the box of stage 2.
     pub(crate) box_w: (Vec2, Vec2),
     pub(crate) arrive_m: f64,
+    /// Radius of each robot, metres; 0 for points.
+    pub(crate) body_m: f64,
 }
 
 impl Params {
@@ -107,7 +112,16 @@ impl Params {
             goalward: deploy.goalward,
             box_w: (low - interval, high + interval),
             arrive_m: deploy.arrive_m,
+            body_m: 0.0,
         }
+    }
+
+    /// The same for bodies of this radius, metres: all gaps are then from rim to rim.
+    #[must_use]
+    pub fn with_bodies(self, radius_m: f64) -> Self {
+        let SafeSetParams { robot_gap_m, wall_gap_m, step_m_max } = self.safe;
+        let (robot_gap_m, wall_gap_m) = (robot_gap_m + 2.0 * radius_m, wall_gap_m + radius_m);
+        Self { safe: SafeSetParams { robot_gap_m, wall_gap_m, step_m_max }, body_m: radius_m, ..self }
     }
 
     /// Whether a place lies in the box of stage 2.

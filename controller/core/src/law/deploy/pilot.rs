@@ -82,9 +82,16 @@ impl Pilot {
         let attraction = if self.close && !sight.towed { self.to_target(params, sight) } else { to_layout(params, sight) };
         let gains = &params.gains;
         let near = |at_w: &Vec2| (at_w - sight.at_w).norm() < gains.avoid_m;
+        // Bodies are as near as their rims.
+        let nearer = |at_w: Vec2, by_m: f64| {
+            let to = at_w - sight.at_w;
+            at_w - to * (by_m / to.norm().max(by_m + 1e-3))
+        };
         // Within a solid nothing is defined: its faces repel from outside only.
         let walls_w = sight.walls.iter().filter(|wall| wall.faces(sight.at_w)).map(|wall| wall.border_w(sight.at_w));
-        let entities_w: Vec<Vec2> = sight.peers_w.iter().copied().chain(walls_w).filter(near).collect();
+        let walls_w = walls_w.map(|wall_w| nearer(wall_w, params.body_m));
+        let robots_w = sight.peers_w.iter().map(|peer_w| nearer(*peer_w, 2.0 * params.body_m));
+        let entities_w: Vec<Vec2> = robots_w.chain(walls_w).filter(near).collect();
         let heading = self.steering.last_rad().map(|rad| Vec2::new(cos(rad), sin(rad)));
         let force = total(params, sight.at_w, attraction, &entities_w, heading);
         let wish = force.step(params.period_s, params.safe.step_m_max);
@@ -94,7 +101,7 @@ impl Pilot {
             return wish;
         }
         self.detour.set_hurry(sight.hurry);
-        self.detour.instead(sight.at_w, wish, sight.walls, sight.dt_s)
+        self.detour.instead(sight.at_w, wish, sight.walls, (params.safe.step_m_max, sight.dt_s))
     }
 
     /// Whether it follows its parent now.

@@ -70,7 +70,17 @@ impl Teammate {
     /// Robot `own` in its life `epoch`. `margin_m` is by how much positions may be wrong.
     #[must_use]
     pub fn new(deploy: &Deploy, places: Arc<Places>, own: (RobotId, u32), margin_m: f64, now: Stamp) -> Self {
-        let params = Params::of(deploy);
+        Self::with_params(Params::of(deploy), deploy, places, own, (margin_m, now))
+    }
+
+    /// The same with parameters of its own.
+    pub(super) fn with_params(
+        params: Params,
+        deploy: &Deploy,
+        places: Arc<Places>,
+        own: (RobotId, u32),
+        (margin_m, now): (f64, Stamp),
+    ) -> Self {
         let links = LinkParams {
             range_m: deploy.range_m,
             margin_m,

@@ -1,0 +1,144 @@
+//! The law on a body with two wheels: its point moves become twists.
+//!
+//! The wish of the next period is taken to the safe set as for points, with the bodies' sizes in all gaps, and what is
+//! allowed is driven: turn on the spot while it lies far off the heading, else an arc, as fast as the step is long. The
+//! supervisor's guard then holds the twist to the same discs, peers and returns with what a body adds, the way that it
+//! still goes until it stands.
+
+use super::{Around, Params, Places, Teammate};
+use crate::avoid::{Capsule, Disc, SafeSet};
+use crate::law::{Outcome, View};
+use crate::links::{LinkPeer, Place};
+use drover_config::{Deploy, RobotFile};
+use drover_contract::math::atan2;
+use drover_contract::{LinkReport, RobotId, Stamp, Twist, Vec2, wrap};
+use std::sync::Arc;
+
+/// By how much each robot's position may be wrong, as links reckon with it, metres.
+const MARGIN_M: f64 = 0.3;
+/// The law keeps that much farther inside of its discs than the guard makes it, metres: at their rim it could only stop.
+const INNER_M: f64 = 0.15;
+/// Returns farther than this are no matter, metres.
+const SIGHT_M: f64 = 3.0;
+/// Farther off the heading than this, the robot turns in place, radians.
+const TURN_IN_PLACE_RAD: f64 = 0.7;
+/// Turn towards the way, 1/s.
+const TURN_GAIN: f64 = 2.0;
+/// From a measurement to wheels that obey it, with the tick, seconds.
+const REACTION_S: f64 = 0.2;
+/// A step shorter than this is none, metres.
+const STEP_M_MIN: f64 = 0.01;
+
+/// One robot that deploys.
+#[derive(Clone, Debug)]
+pub(crate) struct Deployer {
+    mate: Teammate,
+    period_s: f64,
+    /// Where it wishes to move, m/s, world frame.
+    wish_w: Vec2,
+    start_gap_m: Option<f64>,
+    gap_m: f64,
+    arrived: bool,
+}
+
+impl Deployer {
+    /// Robot `own` (id and life) of `file` among `ids`.
+    pub(crate) fn new(
+        file: &RobotFile,
+        deploy: &Deploy,
+        ids: impl Iterator<Item = RobotId>,
+        own: (RobotId, u32),
+        now: Stamp,
+    ) -> Self {
+        let places = Arc::new(Places::new(ids, &deploy.targets_m, deploy.range_m));
+        let params = Params::of(deploy).with_bodies(file.kind.body.radius_m);
+        Self {
+            mate: Teammate::with_params(params, deploy, places, own, (MARGIN_M, now)),
+            period_s: deploy.period_s,
+            wish_w: Vec2::zeros(),
+            start_gap_m: None,
+            gap_m: f64::INFINITY,
+            arrived: false,
+        }
+    }
+
+    /// Where the robot is for its links: `pos_w`, and the room that it needs to stop.
+    pub(crate) fn place(&self, pos_w: Vec2, speed_mps: f64, brake_mps2: f64) -> Place {
+        let speed_mps = speed_mps.abs();
+        let stop_m = speed_mps * REACTION_S + speed_mps * speed_mps / (2.0 * brake_mps2);
+        Place { pos_w, wish_w: self.wish_w, stop_m }
+    }
+
+    pub(crate) fn handle_report(&mut self, now: Stamp, report: &LinkReport, place: &Place) {
+        self.mate.handle_report(now, report, place);
+    }
+
+    /// What is due about links, and what to tell of them.
+    pub(crate) fn attend(&mut self, now: Stamp, place: &Place, peers: &[LinkPeer]) -> LinkReport {
+        self.mate.attend(now, place, peers);
+        self.mate.report(now)
+    }
+
+    /// C, world frame.
+    pub(crate) fn discs(&self) -> impl Iterator<Item = Disc> + '_ {
+        self.mate.discs()
+    }
+
+    /// One tick.
+    pub(crate) fn step(&mut self, view: &View<'_>) -> Outcome {
+        let pose_wb = view.motion.pose_wb;
+        let at_w = pose_wb.position();
+        self.gap_m = (self.mate.target_w() - at_w).norm();
+        self.start_gap_m.get_or_insert(self.gap_m.max(1e-3));
+        self.arrived = self.mate.has_arrived(at_w);
+        let peers: Vec<LinkPeer> = view.neighbours.iter().map(link_peer).collect();
+        let near = view.walls_b.iter().filter(|point_b| point_b.norm() <= SIGHT_M);
+        let walls: Vec<Capsule> = near.map(|point_b| Capsule::disc(pose_wb.transform(*point_b), 0.0)).collect();
+        let wish = self.mate.wish(&Around { at_w, peers: &peers, walls: &walls, dt_s: view.dt_s });
+        let mut set = SafeSet::new(self.mate.params().safe, at_w);
+        let inner = |disc: Disc| Disc { radius_m: (disc.radius_m - INNER_M).max(0.0), ..disc };
+        self.mate.discs().for_each(|disc| set.stay_in(inner(disc)));
+        peers.iter().for_each(|peer| set.leave_half_to(peer.pos_w));
+        walls.iter().for_each(|wall| set.keep_from(*wall));
+        let step = self.mate.steer(&set, wish) - at_w;
+        self.wish_w = step / self.period_s;
+        Outcome::Solved(if self.arrived { Twist::ZERO } else { self.drive(view, step) })
+    }
+
+    fn drive(&self, view: &View<'_>, step: Vec2) -> Twist {
+        if step.norm() < STEP_M_MIN {
+            return Twist::ZERO;
+        }
+        let off_rad = wrap(atan2(step.y, step.x) - view.motion.pose_wb.yaw_rad);
+        let turn_max = view.limits.yaw_rate_radps_max;
+        let turn_radps = (TURN_GAIN * off_rad).clamp(-turn_max, turn_max);
+        if off_rad.abs() > TURN_IN_PLACE_RAD {
+            return Twist::new(0.0, turn_radps);
+        }
+        let speed_mps = step.norm() / self.period_s * (1.0 - off_rad.abs() / TURN_IN_PLACE_RAD).max(0.2);
+        Twist::new(speed_mps.min(view.limits.speed_mps_max), turn_radps)
+    }
+
+    pub(crate) fn reached(&self) -> bool {
+        self.arrived
+    }
+
+    pub(crate) fn target_w(&self) -> Vec2 {
+        self.mate.target_w()
+    }
+
+    pub(crate) fn relies_on(&self, peer: RobotId) -> bool {
+        self.mate.relies_on(peer)
+    }
+
+    /// Share of the way that is done; never all of it before it has arrived.
+    pub(crate) fn progress(&self) -> f64 {
+        self.start_gap_m.map_or(0.0, |start_m| (1.0 - self.gap_m / start_m).clamp(0.0, 0.99))
+    }
+}
+
+fn link_peer(neighbour: &crate::peers::Neighbour) -> LinkPeer {
+    let (pose_wb, speed_mps) = (neighbour.pose_wb, neighbour.twist_b.speed_mps);
+    let ahead_w = pose_wb.transform(Vec2::new(1.0, 0.0)) - pose_wb.position();
+    LinkPeer { id: neighbour.id, pos_w: pose_wb.position(), vel_w: ahead_w * speed_mps, age_s: 0.0 }
+}
