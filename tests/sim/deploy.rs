@@ -119,7 +119,7 @@ fn the_living_are_one_network_again_after_a_death() {
 #[test]
 fn debug_scouts() {
     use drover_swarm::Trial;
-    let swarm = scene("scouts", 1, &[]);
-    let mut t = trial_of(&swarm, Fidelity::Direct, None).expect("opens");
+    let swarm = scene("scouts", std::env::var("SEED").unwrap().parse().unwrap(), &[]);
+    let mut t = trial_of(&swarm, Fidelity::Wire, None).expect("opens");
     for k in 0..240 { for _ in 0..200 { t.step(); } if k % 60 == 59 || k == 20 { for n in 0..12 { let v = t.view(n).unwrap(); let s = t.status(n).unwrap(); let p = t.arena().state(n).pose_wb; println!("{k} id{} true {:.1},{:.1} est {:.1},{:.1} b {:.2} v {:.2} {} {} tgt {:?} heard {}", n+1, p.x_m, p.y_m, s.pose_wb.x_m, s.pose_wb.y_m, s.pos_bound_m, s.twist_b.speed_mps, v.state, v.reason, v.target_m, v.heard.iter().map(|h| format!("{}{}", h.id, if h.kept {"*"} else {""})).collect::<Vec<_>>().join(" ")); } } }
 }
