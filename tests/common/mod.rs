@@ -72,6 +72,17 @@ pub fn up(folder: &Path, arguments: &[&str]) -> Output {
     command.output().expect("drover runs")
 }
 
+/// The same with another shipped swarm.
+pub fn up_swarm(name: &str, folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = drover();
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("config/swarms/{name}.toml"));
+    command.arg("up").arg(file).args(arguments).stdin(Stdio::null());
+    private(folder).iter().for_each(|set| {
+        command.arg("--set").arg(set);
+    });
+    command.output().expect("drover runs")
+}
+
 /// The same, not started yet.
 pub fn up_command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = drover();

@@ -54,7 +54,10 @@ fn experiment_1_literal_never_arrives_with_all_links_arrives_with_fewer_and_walk
     assert!(plain.iter().all(|run| !run.reached), "without the optimisation");
     let literal = all("exp1", 0..10, &["behaviour.mode=literal"]);
     assert!(literal.iter().all(|run| run.reached), "with it");
-    assert!(literal.iter().all(|run| run.deploy.as_ref().is_some_and(|figures| figures.tunnelled > 0)), "through walls");
+    assert!(
+        literal.iter().all(|run| run.deploy.as_ref().is_some_and(|figures| figures.tunnelled > 0)),
+        "through walls"
+    );
 }
 
 #[test]
@@ -117,9 +120,18 @@ fn the_living_are_one_network_again_after_a_death() {
 }
 
 #[test]
-fn debug_scouts() {
-    use drover_swarm::Trial;
-    let swarm = scene("scouts", std::env::var("SEED").unwrap().parse().unwrap(), &[]);
-    let mut t = trial_of(&swarm, Fidelity::Wire, None).expect("opens");
-    for k in 0..240 { for _ in 0..200 { t.step(); } if k % 60 == 59 || k == 20 { for n in 0..12 { let v = t.view(n).unwrap(); let s = t.status(n).unwrap(); let p = t.arena().state(n).pose_wb; println!("{k} id{} true {:.1},{:.1} est {:.1},{:.1} b {:.2} v {:.2} {} {} tgt {:?} heard {}", n+1, p.x_m, p.y_m, s.pose_wb.x_m, s.pose_wb.y_m, s.pos_bound_m, s.twist_b.speed_mps, v.state, v.reason, v.target_m, v.heard.iter().map(|h| format!("{}{}", h.id, if h.kept {"*"} else {""})).collect::<Vec<_>>().join(" ")); } } }
+fn twelve_robots_on_can_and_mavlink_deploy_over_the_wire() {
+    let runs: Vec<TrialResult> = [1, 2, 3]
+        .into_par_iter()
+        .map(|seed| {
+            let swarm = scene("scouts", seed, &[]);
+            let mut trial = trial_of(&swarm, Fidelity::Wire, None).expect("opens");
+            run_trial(&swarm, trial.as_mut(), &mut |_: &dyn drover_swarm::Trial| true).expect("not interrupted")
+        })
+        .collect();
+    for run in &runs {
+        let figures = run.deploy.as_ref().expect("a deployment");
+        assert!(figures.connected_always && figures.tunnelled == 0, "{run:?}");
+        assert!(run.reached && run.touched == 0 && run.aged_commands == 0, "{run:?}");
+    }
 }

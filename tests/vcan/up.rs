@@ -1,6 +1,6 @@
 //! The whole swarm, its three CAN robots on six interfaces of this kernel.
 
-use crate::common::{assert_reached_safely, exported, json, up};
+use crate::common::{assert_reached_safely, exported, json, up, up_swarm};
 use crate::support::{Peer, number};
 use serde_json::Value;
 use std::path::Path;
@@ -44,4 +44,19 @@ fn the_first_swarm_reaches_its_end_on_real_vcan_with_every_robot_a_process() {
     // Recording is shown above; here it would only cost what one slow processor has little of.
     let (_folder, summary) = reaches_its_end_on_vcan(&["--processes", "--no-record"]);
     assert_eq!(summary["processes"], true);
+}
+
+#[test]
+fn twelve_robots_deploy_on_real_vcan_and_stay_connected() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let arguments = ["--duration", "150", "--seed", "1", "--json", "--no-record"];
+    let output = up_swarm("deploy_scouts", folder.path(), &arguments);
+    let summary = json(&output);
+    println!("time {} s, gaps {} m, lambda2 {}", summary["time_s"], summary["min_gap_robot_m"], summary["lambda2_min"]);
+    for truth in ["reached", "connected_always", "stopped"] {
+        assert_eq!(summary[truth], true, "{truth}: {summary:#}");
+    }
+    assert_eq!((summary["can"].as_str(), summary["tunnelled"].as_u64()), (Some("vcan"), Some(0)), "{summary:#}");
+    let gaps_m = ["min_gap_robot_m", "min_gap_wall_m"].map(|gap| number(&summary, gap));
+    assert!(gaps_m.iter().all(|gap_m| *gap_m > 0.0), "{summary:#}");
 }

@@ -2,9 +2,9 @@
 
 use crate::cadence::{Beat, Cadence};
 use crate::estimate::{Estimate, Motion};
-use crate::links::LinkPeer;
 use crate::law::{Law, Outcome, View};
 use crate::limit::limit;
+use crate::links::LinkPeer;
 use crate::mailbox::Mailbox;
 use crate::peers::{Body, Neighbour, Peers, Roster};
 use crate::sight::{Matches, Surroundings};

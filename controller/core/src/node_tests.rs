@@ -1,8 +1,8 @@
 use super::*;
 use crate::testing::{Noise, Place, SimSwarm, beacon, flock_config, robot_file};
 use drover_config::Flock;
-use drover_contract::{DriveState, Scan};
 use drover_contract::{Beam, Odometry, Vec2, Watchdog};
+use drover_contract::{DriveState, Scan};
 
 const START: Stamp = Stamp::from_millis(1_000);
 

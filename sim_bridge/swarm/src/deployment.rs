@@ -4,7 +4,6 @@
 //! convex function of time: links of which both ends of a step are within range are so all the time, and the smallest
 //! distance within the step is known in closed form.
 
-use crate::trial::Trial;
 use drover_config::{Deploy, Drive, Kind, SimMotion, Swarm};
 use drover_contract::Vec2;
 use drover_core::avoid::Capsule;
@@ -138,17 +137,21 @@ impl Deployment {
         self.points.then_some((finite(self.robot_m_min), finite(self.wall_m_min)))
     }
 
-    /// Whether robot `robot` of `trial` is within `arrive_m` of its target, as well as it can know.
-    pub(crate) fn has_arrived(&self, trial: &dyn Trial, robot: usize) -> bool {
-        let arena = trial.arena();
+    /// Whether robot `robot` is within `arrive_m` of its target, as well as it can know.
+    pub(crate) fn has_arrived(&self, arena: &Arena, robot: usize) -> bool {
         let drift_m = if self.drifts[robot] { DRIFT_SHARE * arena.path_m(robot) } else { 0.0 };
         (arena.state(robot).pose_wb.position() - self.targets_w[robot]).norm() <= self.arrive_m + drift_m
     }
 
     /// What came out. `changed` of `decisions` were changed by the last layer.
-    pub(crate) fn figures(&self, trial: &dyn Trial, (changed, decisions): (u64, u64)) -> DeployFigures {
+    pub(crate) fn figures(
+        &self,
+        arena: &Arena,
+        (changed, decisions): (u64, u64),
+        messages_bytes: u64,
+    ) -> DeployFigures {
         let count = self.before_w.len();
-        let arrived = (0..count).filter(|robot| self.has_arrived(trial, *robot)).count();
+        let arrived = (0..count).filter(|robot| self.has_arrived(arena, *robot)).count();
         DeployFigures {
             connected_always: self.disconnected_s <= 0.0,
             lambda2_min: self.lambda2_min,
@@ -156,7 +159,7 @@ impl Deployment {
             arrived_fraction: arrived as f64 / count.max(1) as f64,
             tunnelled: self.crossed.iter().filter(|crossed| **crossed).count() as u64,
             guard_changed_fraction: changed as f64 / decisions.max(1) as f64,
-            messages_bytes: trial.messages_bytes(),
+            messages_bytes,
         }
     }
 }

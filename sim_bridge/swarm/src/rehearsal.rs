@@ -212,7 +212,7 @@ impl VirtualSwarm {
             },
             recording_failed: None,
         };
-        summarise(&self.swarm, &self.plant, &self.tallies, facts)
+        summarise(&self.swarm, &self.plant, (&self.tallies, None), facts)
     }
 
     /// Everything recorded so far: file name to bytes.

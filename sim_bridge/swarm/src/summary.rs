@@ -1,5 +1,6 @@
 //! What happened: the document that `drover up --json` prints.
 
+use crate::deployment::{DeployFigures, Deployment};
 use drover_config::{Behaviour, Swarm};
 use drover_contract::Vec2;
 use drover_robot::{Report, View};
@@ -44,6 +45,9 @@ pub struct Summary {
     pub recording_dropped: u64,
     /// Why the recording ended before the run did; none if it did not.
     pub recording_failed: Option<String>,
+    /// Of a deployment: more numbers, beside the others; looked at every 50 ms.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub deploy: Option<DeployFigures>,
     /// The robots, in the file's order.
     pub robots: Vec<RobotSummary>,
 }
@@ -175,9 +179,22 @@ pub(crate) struct RunFacts {
 }
 
 /// Summarise a run.
-pub(crate) fn summarise(swarm: &Swarm, plant: &Plant, tallies: &[Tally], facts: RunFacts) -> Summary {
-    let robots: Vec<RobotSummary> =
-        tallies.iter().enumerate().map(|(index, tally)| robot_summary(swarm, index, plant, tally)).collect();
+pub(crate) fn summarise(
+    swarm: &Swarm,
+    plant: &Plant,
+    (tallies, deployment): (&[Tally], Option<&Deployment>),
+    facts: RunFacts,
+) -> Summary {
+    let robot = |(index, tally): (usize, &Tally)| {
+        let robot = robot_summary(swarm, index, plant, tally);
+        // Everybody has a place of their own to be at.
+        let there = deployment.map(|deployment| deployment.has_arrived(plant.arena(), index));
+        RobotSummary { reached: there.unwrap_or(robot.reached), ..robot }
+    };
+    let robots: Vec<RobotSummary> = tallies.iter().enumerate().map(robot).collect();
+    let changed = || robots.iter().flat_map(|robot| robot.commands_changed.values()).sum();
+    let ticks = robots.iter().map(|robot| robot.ticks).sum();
+    let deploy = deployment.map(|deployment| deployment.figures(plant.arena(), (changed(), ticks), 0));
     let smallest = |gap: fn(&RobotSummary) -> Option<f64>| robots.iter().filter_map(gap).min_by(f64::total_cmp);
     Summary {
         swarm: swarm.name.clone(),
@@ -188,7 +205,7 @@ pub(crate) fn summarise(swarm: &Swarm, plant: &Plant, tallies: &[Tally], facts: 
         world_rate: facts.world_rate,
         min_gap_robot_m: smallest(|robot| robot.min_gap_robot_m),
         min_gap_wall_m: smallest(|robot| robot.min_gap_wall_m),
-        commands_changed: robots.iter().flat_map(|robot| robot.commands_changed.values()).sum(),
+        commands_changed: changed(),
         aged_commands: robots.iter().map(|robot| robot.aged_commands).sum(),
         stopped: robots.iter().all(|robot| robot.stopped),
         can: facts.can,
@@ -197,6 +214,7 @@ pub(crate) fn summarise(swarm: &Swarm, plant: &Plant, tallies: &[Tally], facts: 
         recording: facts.recording,
         recording_dropped: facts.recording_dropped,
         recording_failed: facts.recording_failed,
+        deploy,
         robots,
     }
 }

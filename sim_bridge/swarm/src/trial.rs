@@ -147,7 +147,7 @@ pub fn run_trial(swarm: &Swarm, trial: &mut dyn Trial, watch: &mut dyn Watch) ->
 }
 
 /// What the swarm does, if it deploys.
-fn deploys(swarm: &Swarm) -> Option<&Deploy> {
+pub(crate) fn deploys(swarm: &Swarm) -> Option<&Deploy> {
     match &swarm.behaviour {
         Behaviour::Deploy(deploy) => Some(deploy),
         Behaviour::Flock(_) | Behaviour::Diffuse(_) => None,
@@ -158,12 +158,12 @@ fn deploys(swarm: &Swarm) -> Option<&Deploy> {
 fn with_deployment(result: TrialResult, trial: &dyn Trial, deployment: &Deployment) -> TrialResult {
     let arena = trial.arena();
     let counted = (result.commands_changed, result.ticks);
-    let figures = deployment.figures(trial, counted);
+    let figures = deployment.figures(arena, counted, trial.messages_bytes());
     let gaps_m = (result.min_gap_robot_m, result.min_gap_wall_m);
     let (min_gap_robot_m, min_gap_wall_m) = deployment.point_gaps_m().unwrap_or(gaps_m);
     let living = (0..arena.robot_count()).filter(|robot| trial.status(*robot).is_some());
     TrialResult {
-        reached: living.clone().all(|robot| deployment.has_arrived(trial, robot)),
+        reached: living.clone().all(|robot| deployment.has_arrived(arena, robot)),
         reached_fraction: figures.arrived_fraction,
         touched: if deployment.point_gaps_m().is_some() { figures.tunnelled } else { result.touched },
         min_gap_robot_m,

@@ -128,7 +128,8 @@ where
         recording_dropped: 0,
         recording_failed: None,
     };
-    let mut summary = plant.with(|plant| summarise(swarm, plant, &watcher.tallies, facts));
+    let mut summary =
+        plant.with(|plant| summarise(swarm, plant, (&watcher.tallies, watcher.deployment.as_ref()), facts));
     watcher.show_end(&mut eyes, &summary);
     pacing.abort();
     // Its ports are free once it is gone: another run may follow at once.

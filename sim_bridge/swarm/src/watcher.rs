@@ -1,8 +1,10 @@
 //! Looks at a run while it goes on: gathers what the robots say, shows it, does what those who look on ask, sees the
 //! end.
 
+use crate::deployment::Deployment;
 use crate::seen::moment_of;
 use crate::summary::{Summary, Tally};
+use crate::trial::deploys;
 use crate::up::{Robots, UpOptions};
 use drover_bridge::PlantHandle;
 use drover_config::Swarm;
@@ -47,6 +49,9 @@ pub(crate) struct Watcher<'a> {
     /// Whether every robot is a process of its own.
     pub(crate) processes: bool,
     pub(crate) tallies: Vec<Tally>,
+    /// Measures a deployment.
+    pub(crate) deployment: Option<Deployment>,
+    seen_s: f64,
     stop: Option<AskedStop>,
     words: String,
     health_due: Stamp,
@@ -69,6 +74,8 @@ impl<'a> Watcher<'a> {
             recorder: None,
             processes: false,
             tallies: vec![Tally::default(); swarm.robots.len()],
+            deployment: deploys(swarm).map(|deploy| plant.with(|plant| Deployment::new(swarm, deploy, plant.arena()))),
+            seen_s: 0.0,
             stop: None,
             words: String::new(),
             health_due: Stamp::ZERO,
@@ -120,6 +127,11 @@ impl<'a> Watcher<'a> {
     fn look(&mut self, time_s: f64) {
         while let Ok((index, view)) = self.views.try_recv() {
             self.tallies[index].see(view, time_s);
+        }
+        if let Some(deployment) = &mut self.deployment {
+            let times_s = (time_s, time_s - self.seen_s);
+            self.plant.with(|plant| deployment.see(plant.arena(), |_| true, times_s));
+            self.seen_s = time_s;
         }
     }
 

@@ -46,7 +46,7 @@ pub(super) fn connect(robots: usize, links: impl IntoIterator<Item = Link>) -> b
     links.into_iter().filter(|link| groups.join(*link)).count() + 1 >= robots
 }
 
-/// The second smallest eigenvalue of the graph's Laplacian, every link of range `range_m` with weight 1; 0 for one robot.
+/// The second smallest eigenvalue of the graph's Laplacian, every link of range `range_m` with weight 1; 0 for one.
 pub(super) fn lambda2(at_w: &[Vec2], range_m: f64) -> f64 {
     let mut laplacian = DMatrix::zeros(at_w.len(), at_w.len());
     for (i, j) in within(at_w, range_m) {

@@ -2,8 +2,8 @@
 
 use drover_contract::Vec2;
 
-/// All places within `radius_m` of the segment from `a_w` to `b_w`; world frame, metres. An edge of a solid has its free
-/// side on the left; a thin wall is two edges, one each way.
+/// All places within `radius_m` of the segment from `a_w` to `b_w`; world frame, metres. An edge of a solid has its
+/// free side on the left; a thin wall is two edges, one each way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Capsule {
     /// One end of the segment.

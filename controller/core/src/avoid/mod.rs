@@ -2,8 +2,9 @@
 //!
 //! A robot at `x` that has one period to move may choose any end `p` of a straight move for which
 //!
-//! - **C** (connected): `p` lies in a disc for every link that is kept. With the disc of diameter `r_c` about the middle
-//!   of both ends (Ando et al. 1999), or any disc of that size on which both agreed, the two ends stay within `r_c`.
+//! - **C** (connected): `p` lies in a disc for every link that is kept. With the disc of diameter `r_c` about the
+//!   middle of both ends (Ando et al. 1999), or any disc of that size on which both agreed, the two ends stay within
+//!   `r_c`.
 //! - **R** (robots): `p` lies in the own half of the gap to every other robot, less half of the distance `d_s` to keep
 //!   (a buffered Voronoi cell).
 //! - **O** (obstacles): the whole segment from `x` to `p` keeps `d_o` from every wall, by exact distances between

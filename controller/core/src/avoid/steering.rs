@@ -2,7 +2,7 @@
 //!
 //! *Least deviation*: what is allowed is taken as it is. Else directions to both sides of it are tried, and shorter
 //! steps, and the one is taken that deviates least, counting half of the turn from the last move: a robot in front of a
-//! wall chooses a side, keeps it, and passes at full speed. The nearest allowed point, the textbook's projection, sticks
+//! wall picks a side, keeps it, and passes at full speed. The nearest allowed point, the textbook's projection, sticks
 //! to faces, where sliding leads farther from the wish than standing still (`Steer::Project`, kept for comparison).
 
 use super::SafeSet;

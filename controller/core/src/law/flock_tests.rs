@@ -21,7 +21,17 @@ fn peer(id: u32, pose_wb: Pose, speed_mps: f64) -> Neighbour {
 
 fn view<'a>(neighbours: &'a [Neighbour], twist_b: Twist, limits: &'a Limits) -> View<'a> {
     let motion = Motion { pose_wb: Pose::default(), twist_b, accel_mps2: 0.0, pos_bound_m: 0.0 };
-    View { now: Stamp::ZERO, dt_s: 0.05, motion, neighbours, wall_b: None, points_b: &[], unseen_b: &[], limits }
+    View {
+        now: Stamp::ZERO,
+        dt_s: 0.05,
+        motion,
+        neighbours,
+        wall_b: None,
+        walls_b: &[],
+        points_b: &[],
+        unseen_b: &[],
+        limits,
+    }
 }
 
 fn solved(outcome: Outcome) -> Twist {

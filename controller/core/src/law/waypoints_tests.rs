@@ -14,6 +14,7 @@ fn step(route: &mut Route, pose_wb: Pose, neighbours: &[Neighbour]) -> Twist {
         motion,
         neighbours,
         wall_b: None,
+        walls_b: &[],
         points_b: &[],
         unseen_b: &[],
         limits: &limits,

@@ -1,7 +1,7 @@
 //! One robot on values: its node, its ideal firmware, its ears.
 
-use drover_config::RobotFile;
 use super::inbox::Words;
+use drover_config::RobotFile;
 use drover_contract::{Event, Stamp, Twist};
 use drover_core::{Node, Roster, Status, Workspace};
 use drover_robot::{HeardView, ScanView, View};

@@ -45,14 +45,14 @@ pub struct PointSwarm {
 
 /// How robots come to know each other.
 enum Mind {
-    Lockstep(Lockstep),
+    Lockstep(Box<Lockstep>),
     Hearers(Box<Hearers>),
 }
 
 impl Mind {
     fn new(swarm: &Swarm, deploy: &Deploy, starts_w: &[Vec2], walls: Vec<Capsule>) -> Self {
         match deploy.exchange {
-            Exchange::Snapshot => Self::Lockstep(Lockstep::new(deploy, starts_w, walls)),
+            Exchange::Snapshot => Self::Lockstep(Box::new(Lockstep::new(deploy, starts_w, walls))),
             Exchange::Beacons => Self::Hearers(Box::new(Hearers::new(swarm, deploy, starts_w, walls))),
         }
     }
@@ -115,7 +115,8 @@ impl PointSwarm {
 
     fn decide(&mut self, at_w: &[Vec2]) {
         let Mind::Lockstep(mind) = &mut self.mind else { return };
-        let there: Vec<Option<Vec2>> = at_w.iter().zip(&self.alive).map(|(at_w, alive)| alive.then_some(*at_w)).collect();
+        let there: Vec<Option<Vec2>> =
+            at_w.iter().zip(&self.alive).map(|(at_w, alive)| alive.then_some(*at_w)).collect();
         let moves = mind.round(&there);
         self.messages_bytes += moves.beacons * BEACON_BYTES + moves.relayed * RELAYED_BYTES;
         for (robot, status) in self.statuses.iter_mut().enumerate().filter(|(robot, _)| self.alive[*robot]) {

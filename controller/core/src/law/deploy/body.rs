@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 /// By how much each robot's position may be wrong, as links reckon with it, metres.
 const MARGIN_M: f64 = 0.3;
-/// The law keeps that much farther inside of its discs than the guard makes it, metres: at their rim it could only stop.
+/// The law keeps that much farther inside of its discs than the guard, metres: at their rim it could only stop.
 const INNER_M: f64 = 0.15;
 /// Returns farther than this are no matter, metres.
 const SIGHT_M: f64 = 3.0;

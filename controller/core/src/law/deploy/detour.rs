@@ -120,6 +120,8 @@ mod tests {
     fn who_moves_never_leaves_its_way() {
         let mut detour = Detour::default();
         let wish = Vec2::new(0.5, 0.0);
-        assert!((0..200).all(|step| detour.instead(Vec2::new(0.5 * f64::from(step), 0.0), wish, &[], (0.5, 1.0)) == wish));
+        assert!(
+            (0..200).all(|step| detour.instead(Vec2::new(0.5 * f64::from(step), 0.0), wish, &[], (0.5, 1.0)) == wish)
+        );
     }
 }

@@ -1,8 +1,8 @@
 //! The collective potential field, eq. 1-14.
 //!
-//! "Infinite" forces are priorities, not numbers: where one acts, all finite ones are dropped, and the direction is that
-//! of the sum of the infinite ones' unit vectors; if they cancel, the robot stands (the paper: infinity minus infinity,
-//! "stands still").
+//! "Infinite" forces are priorities, not numbers: where one acts, all finite ones are dropped, and the direction is
+//! that of the sum of the infinite ones' unit vectors; if they cancel, the robot stands (the paper: infinity minus
+//! infinity, "stands still").
 
 use drover_config::Deploy;
 use drover_contract::Vec2;
@@ -97,7 +97,8 @@ pub(crate) struct Force {
 }
 
 impl Force {
-    pub(crate) const NONE: Self = Self { finite: Vec2::new(0.0, 0.0), infinite: Vec2::new(0.0, 0.0), is_infinite: false };
+    pub(crate) const NONE: Self =
+        Self { finite: Vec2::new(0.0, 0.0), infinite: Vec2::new(0.0, 0.0), is_infinite: false };
 
     fn finite(finite: Vec2) -> Self {
         Self { finite, ..Self::NONE }

@@ -3,10 +3,10 @@
 //! Each robot's decision uses only what it could know: peers within radio range, kept links from its own k-hop
 //! neighbourhood, walls nearby, and its parent in the tree of kept links.
 
+use super::Params;
 use super::known_map::KnownMap;
 use super::pilot::{Pilot, Sight, safe_set};
 use super::topology::{Graph, KeptGraph};
-use super::Params;
 use crate::avoid::{Capsule, Disc};
 use drover_config::{Deploy, DeployGuard, Escape, KeptLinks};
 use drover_contract::Vec2;
@@ -109,12 +109,14 @@ impl Lockstep {
     }
 
     fn decide(&mut self, robot: usize, here_w: Vec2, around: &Around<'_>) -> (Vec2, bool) {
-        let positions = |robots: &[usize]| -> Vec<Vec2> { robots.iter().filter_map(|other| around.at_w[*other]).collect() };
+        let positions =
+            |robots: &[usize]| -> Vec<Vec2> { robots.iter().filter_map(|other| around.at_w[*other]).collect() };
         let (peers_w, linked_w) = (positions(around.graph.neighbours(robot)), positions(around.kept.of(robot)));
         let walls = self.walls_near(here_w);
         let pilot = &mut self.pilots[robot];
         let target_aim_w = self.map.as_mut().map(|map| map.aim_w(robot, here_w));
-        let parent_aim_w = self.map.as_ref().zip(around.parent_w).map(|(map, parent_w)| map.towards_w(here_w, parent_w));
+        let parent_aim_w =
+            self.map.as_ref().zip(around.parent_w).map(|(map, parent_w)| map.towards_w(here_w, parent_w));
         let sight = Sight {
             at_w: here_w,
             peers_w: &peers_w,

@@ -79,7 +79,8 @@ impl Pilot {
     /// The displacement of the next period that the law wishes for, metres, world frame.
     pub fn wish(&mut self, params: &Params, sight: &Sight<'_>) -> Vec2 {
         self.close |= params.in_box(sight.at_w);
-        let attraction = if self.close && !sight.towed { self.to_target(params, sight) } else { to_layout(params, sight) };
+        let attraction =
+            if self.close && !sight.towed { self.to_target(params, sight) } else { to_layout(params, sight) };
         let gains = &params.gains;
         let near = |at_w: &Vec2| (at_w - sight.at_w).norm() < gains.avoid_m;
         // Bodies are as near as their rims.

@@ -56,7 +56,8 @@ impl Places {
         if spare(hole) && held().all(|(_, target)| out_m(target) <= out_m(hole)) {
             return None;
         }
-        let mut outward: Vec<(usize, usize)> = held().filter(|(_, target)| out_m(*target) > out_m(hole) || !spare(hole)).collect();
+        let mut outward: Vec<(usize, usize)> =
+            held().filter(|(_, target)| out_m(*target) > out_m(hole) || !spare(hole)).collect();
         outward.sort_by(|(a, one), (b, other)| out_m(*other).total_cmp(&out_m(*one)).then(a.cmp(b)));
         outward.into_iter().find(|(_, target)| spare(*target)).map(|(robot, _)| robot)
     }

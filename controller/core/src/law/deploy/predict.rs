@@ -10,7 +10,13 @@ const SAME_COS: f64 = 0.9999;
 
 /// Steps 2-5: the total force of a robot at `at_w` that is drawn by `attraction` among `entities_w`: peers within d_a,
 /// and the nearest place of each wall within d_a. `heading` is the direction of the last move.
-pub(super) fn total(params: &Params, at_w: Vec2, attraction: Force, entities_w: &[Vec2], heading: Option<Vec2>) -> Force {
+pub(super) fn total(
+    params: &Params,
+    at_w: Vec2,
+    attraction: Force,
+    entities_w: &[Vec2],
+    heading: Option<Vec2>,
+) -> Force {
     let around = Around { params, at_w, entities_w };
     match (params.forces, params.rotation) {
         (Forces::Sum, _) => attraction + around.all(),

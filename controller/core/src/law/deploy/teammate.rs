@@ -2,8 +2,8 @@
 //!
 //! What the paper takes from a snapshot comes from elsewhere here. Links are kept by agreement ([`crate::links`]): the
 //! discs that both ends have agreed on stand for C, whatever the radio loses. The parent is the next robot on the way
-//! to an elected root. Who goes where is known beforehand from the swarm's file; when a robot is given up for lost, each
-//! of the others works out from the same list who takes its place, without a word.
+//! to an elected root. Who goes where is known beforehand from the swarm's file; when a robot is given up for lost,
+//! each of the others works out from the same list who takes its place, without a word.
 //!
 //! **Rescue**: whoever loses a link by a death and does not hear all who were linked with the dead goes to where it was
 //! last heard, as the root of its part of the network; its part is towed. There the parts hear each other.
@@ -11,9 +11,9 @@
 //! **Each robot needs** its peers' places (beacons), their links and the root (reports, see `DROVER_LINKS`), and who is
 //! gone (reports, passed on). Ids are ranks into the list of targets.
 
+use super::Params;
 use super::pilot::{Pilot, Sight};
 use super::places::Places;
-use super::Params;
 use crate::avoid::{Capsule, Disc};
 use crate::links::{LinkParams, LinkPeer, Links, Place};
 use drover_config::Deploy;

@@ -1,13 +1,13 @@
 //! Which links of a radio graph are kept, and the tree of the kept ones towards the goal.
 //!
-//! - **RNG**: a link is left out if a third robot is nearer to both of its ends than they are to each other (the paper's
-//!   "break the cycle" for triangles).
+//! - **RNG**: a link is left out if a third robot is nearer to both of its ends than they are to each other (the
+//!   paper's "break the cycle" for triangles).
 //! - **LMST_k**: each robot builds the minimum spanning tree of all robots within k hops and keeps its own links of it;
 //!   what both ends keep is kept (N. Li, J. Hou, L. Sha, "Design and analysis of an MST-based topology control
 //!   algorithm", INFOCOM 2003, there k = 1).
 //!
-//! Both contain the minimum spanning tree of the whole graph, hence keep it connected: the longest link of a cycle, with
-//! ties broken by ids, is in no minimum spanning tree. So does the kept set of every robot's own view.
+//! Both contain the minimum spanning tree of the whole graph, hence keep it connected: the longest link of a cycle,
+//! with ties broken by ids, is in no minimum spanning tree. So does the kept set of every robot's own view.
 
 use drover_contract::Vec2;
 use std::cmp::Ordering;
@@ -215,9 +215,8 @@ impl Local {
         let inner = self.members[newest];
         for other in graph.neighbours(inner) {
             let Some(place) = self.place[*other] else { continue };
-            let better = via[place].is_none_or(|before| {
-                graph.order((inner, *other), (self.members[before], *other)) == Ordering::Less
-            });
+            let better = via[place]
+                .is_none_or(|before| graph.order((inner, *other), (self.members[before], *other)) == Ordering::Less);
             if better {
                 via[place] = Some(newest);
             }
@@ -248,7 +247,7 @@ impl KeptGraph {
         &self.links[robot]
     }
 
-    /// Each robot's parent: the next on the way of fewest links to the root of its part, which `metric` is smallest for.
+    /// Each robot's parent: the next on the way of fewest links to the root of its part, whose `metric` is smallest.
     #[must_use]
     pub fn parents(&self, metric: impl Fn(usize) -> f64) -> Vec<Option<usize>> {
         let mut roots: Vec<usize> = (0..self.links.len()).collect();
