@@ -46,7 +46,8 @@ const PAPER: [(&str, &[&str]); 11] = [
     (ALL_LINKS, &[LITERALLY, "behaviour.links=all", REPEL_2]),
     (LITERAL, &[LITERALLY]),
     ("literal, repel_gain 2", &[LITERALLY, REPEL_2]),
-    ("literal, no tunnelling", &[LITERALLY, "behaviour.avoid_m_min=1", "behaviour.epsilon_m=1", REPEL_2]),
+    // The prototype's remedy against tunnelling: a step is no longer than what repels before everything else.
+    ("literal, avoid_m_min = 1", &[LITERALLY, "behaviour.avoid_m_min=1", "behaviour.epsilon_m=1", REPEL_2]),
     ("literal + Hungarian", &[LITERALLY, "behaviour.assignment=hungarian"]),
     ("literal, classical sum", &[LITERALLY, "behaviour.forces=sum", REPEL_2]),
     ("literal, coupled rotation", &[LITERALLY, "behaviour.rotation=coupled"]),
@@ -68,6 +69,7 @@ const OURS: [(&str, &[&str]); 3] = [
             "behaviour.goal_gain=0.2",
             "behaviour.link_gain=0.4",
             "behaviour.repel_gain=0.4",
+            "behaviour.detours=false",
         ],
     ),
     (SAFE, &[]),
@@ -75,11 +77,12 @@ const OURS: [(&str, &[&str]); 3] = [
 ];
 
 /// What ships, each time without one of its parts.
-const ABLATIONS: [(&str, &[&str]); 9] = [
+const ABLATIONS: [(&str, &[&str]); 10] = [
     ("safe, hops = 1", &["behaviour.hops=1"]),
     ("safe, hops = 2", &["behaviour.hops=2"]),
     ("safe, assignment given", &["behaviour.assignment=given"]),
     ("safe, no follow", &["behaviour.follow=false"]),
+    ("safe, no detours", &["behaviour.detours=false"]),
     ("safe, project", &[PROJECT]),
     ("safe, no repulsion", &["behaviour.repel_gain=0"]),
     ("safe, goalward = 0", &["behaviour.goalward=0"]),

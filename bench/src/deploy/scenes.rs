@@ -60,8 +60,8 @@ impl DeployPlan {
         let file = |name: &str| folder.join(name).with_extension("toml");
         let shipped = SCENES.into_iter().filter(|(name, _)| !quick || *name == QUICK);
         let scenes: Vec<Scene> = match swarm {
-            Some(swarm) => vec![Scene { file: swarm.to_owned(), base: &[] }],
-            None => shipped.map(|(name, base)| Scene { file: file(name), base }).collect(),
+            Some(swarm) => vec![Scene::of(swarm.to_owned())],
+            None => shipped.map(|(name, _)| Scene::of(file(name))).collect(),
         };
         let cost = swarm.is_none().then(|| file(COST));
         let usual = if quick { SEEDS_QUICK } else { SEEDS };
@@ -94,6 +94,13 @@ impl DeployPlan {
 }
 
 impl Scene {
+    /// A shipped file by its name, or one that nobody knows.
+    fn of(file: PathBuf) -> Self {
+        let is_named = |(name, _): &(&str, _)| file.file_stem().is_some_and(|stem| stem == *name);
+        let base = SCENES.into_iter().find(is_named).map(|(_, base)| base).unwrap_or_default();
+        Self { file, base }
+    }
+
     /// The swarm of a row and a seed: read anew, since generated places, starts and assignment follow from both.
     pub(super) fn load(&self, set: &[&str], seed: u64) -> anyhow::Result<Swarm> {
         let seed = format!("seed={seed}");

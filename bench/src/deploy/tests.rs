@@ -3,6 +3,7 @@
 use super::rows::{self, Contender};
 use super::scenes::{DeployPlan, deploys};
 use super::{DeployPlan as Plan, deploy_ways, scene_rows};
+use drover_config::Escape;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -19,14 +20,16 @@ fn no_two_rows_have_the_same_name() {
     let rows = rows::of(false);
     let names: BTreeSet<&str> = rows.iter().map(|row| row.name).collect();
     assert_eq!(names.len(), rows.len());
-    assert_eq!(rows.len(), 27);
+    assert_eq!(rows.len(), 28);
     assert_eq!(rows::of(true).iter().map(|row| row.name).collect::<Vec<_>>(), ["literal", "safe", "cbf"]);
 }
 
 #[test]
 fn the_overrides_of_every_row_load_on_every_scene() {
     let plan = plan(false);
-    assert_eq!((plan.scenes.len(), plan.runs()), (6, 6 * 27 * 20));
+    assert_eq!((plan.scenes.len(), plan.runs()), (6, 6 * 28 * 20));
+    let pockets = plan.scenes.iter().find(|scene| scene.name() == "deploy_pockets").unwrap().load(&[], 0).unwrap();
+    assert_eq!(deploys(&pockets).unwrap().escape, Escape::None, "one row alone knows the map");
     for scene in &plan.scenes {
         let shipped = scene.load(&[], 0).unwrap();
         for row in rows::of(false) {

@@ -173,14 +173,14 @@ fn numbers(table: &mut Table<'_>, mode: DeployMode) -> Option<Numbers> {
     let period_s = table.number("period_s", 0.05..=60.0, Some(1.0));
     // Only the ratios of gains count while the step is as long as it may be; near the target 1/T gets there in one
     // step. The paper gives none: its scenes went best with a fifth of these.
-    let mut gain = |key, range, safe: f64| {
-        let (paper, shown) = (safe / 5.0, format!("{safe} (literal: {})", safe / 5.0));
+    let mut gain = |key, range, (paper, safe): (f64, f64), shown| {
         let default = if mode == DeployMode::Literal { paper } else { safe };
-        table.derived_number(key, range, &shown).map(|gain| gain.unwrap_or(default))
+        table.derived_number(key, range, shown).map(|gain| gain.unwrap_or(default))
     };
-    let goal_gain = gain("goal_gain", 0.001..=100.0, 1.0);
-    let link_gain = gain("link_gain", 0.0..=1_000.0, 2.0);
-    let repel_gain = gain("repel_gain", 0.0..=1_000.0, 2.0);
+    let in_one_step = 1.0 / period_s.unwrap_or(1.0);
+    let goal_gain = gain("goal_gain", 0.001..=100.0, (0.2, in_one_step), "1 / period_s (literal: 0.2)");
+    let link_gain = gain("link_gain", 0.0..=1_000.0, (0.4, 2.0), "2 (literal: 0.4)");
+    let repel_gain = gain("repel_gain", 0.0..=1_000.0, (0.4, 2.0), "2 (literal: 0.4)");
     // An eighth of a turn to either side: as good as a quarter; 0 would have no meaning for points.
     let view_rad = table.number("view_rad", 0.01..=PI, Some(FRAC_PI_4));
     // d_a = 1.2 m at the paper's speed and period, half of the least spacing that it allows in a layout.
