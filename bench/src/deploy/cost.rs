@@ -23,6 +23,12 @@ const APART_M: f64 = 23.0;
 /// The start's west end, and the height of both middles, metres.
 const WEST_M: f64 = 3.0;
 const MIDDLE_M: f64 = 30.0;
+/// A drive and a lidar on CAN, on which nothing hangs for a point: ids of MAVLink robots end at 250.
+const ON_CAN: [&str; 3] = [
+    "kinds.point.drive={protocol=\"agilex_v2\", model=\"scout_mini\"}",
+    "kinds.point.lidar.link={protocol=\"dronecan\", node=42}",
+    "kinds.point.lidar.beams=36",
+];
 /// Whole ways are repeated until they have taken this long together.
 const MEASURE: Duration = Duration::from_secs(2);
 const MEASURE_QUICK: Duration = Duration::from_millis(50);
@@ -67,7 +73,7 @@ fn square(file: &Path, (columns, rows): (u32, u32)) -> anyhow::Result<Swarm> {
         format!("behaviour.layout.spacing_m={SPACING_M:?}"),
         "duration_s=2000".to_owned(),
     ];
-    load(file, set.iter().map(String::as_str))
+    load(file, ON_CAN.into_iter().chain(set.iter().map(String::as_str)))
 }
 
 /// Rounds of whole ways, summed.
@@ -127,4 +133,19 @@ fn real_time_world(swarm: &Swarm, task: &Task<'_>, until_s: f64) -> f64 {
         points.step();
     }
     points.now().as_secs_f64() / begun.elapsed().as_secs_f64()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_square_of_every_size_starts_as_one_network() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/swarms/deploy_exp2.toml");
+        for (columns, rows) in LAYOUTS {
+            // Whether starts and layout hang together is asked when it is read.
+            let swarm = square(&file, (columns, rows)).unwrap_or_else(|error| panic!("{columns} x {rows}: {error:#}"));
+            assert_eq!(swarm.robots.len() as u32, columns * rows);
+        }
+    }
 }

@@ -73,9 +73,9 @@ pub struct DeployRow {
 /// If a scene cannot be loaded with a seed, or a thread pool not be made.
 pub fn deploy(plan: &DeployPlan, on_run: &(dyn Fn() + Sync)) -> anyhow::Result<DeployResult> {
     let conditions = Conditions::now();
-    let rows = rows::of(plan.quick);
-    let scenes = scene_rows(plan, &rows, on_run)?;
+    // First, while nothing else of ours is running.
     let cost = plan.cost_file().map_or_else(|| Ok(Vec::new()), |file| cost::measure(file, plan.quick))?;
+    let scenes = scene_rows(plan, &rows::of(plan.quick), on_run)?;
     Ok(DeployResult { conditions, seeds: [plan.seeds.start, plan.seeds.end], scenes, cost })
 }
 

@@ -9,7 +9,10 @@ use crate::path::join;
 use crate::read::robot::RobotParts;
 use crate::report::Words;
 use crate::walls::Walls;
-use crate::{Assignment, BeaconPlane, Behaviour, Deploy, DeployMode, Exchange, Kind, Peer, Radio, SimMotion, Swarm};
+use crate::{
+    Assignment, BeaconPlane, Behaviour, Deploy, DeployGuard, DeployMode, Escape, Exchange, Kind, Peer, Radio,
+    SimMotion, Swarm,
+};
 
 /// Two targets nearer than this are one, metres.
 const TARGET_GAP_M_MIN: f64 = 0.001;
@@ -44,10 +47,30 @@ impl Checker<'_> {
         for kind in kinds {
             self.deploying_kind(deploy, kind);
         }
+        self.over_beacons(deploy);
         let period_s = beacon.filter(|_| deploy.exchange == Exchange::Beacons).map(|beacon| 1.0 / beacon.rate_hz);
         if let Some(period_s) = period_s.filter(|period_s| deploy.peer_lost_s < *period_s) {
             let expected = format!("at least one period of beacon.rate_hz, {period_s} s");
             self.deploy_problem("peer_lost_s", Words::new(deploy.peer_lost_s.to_string(), expected, "raise it"));
+        }
+    }
+
+    /// What robots that know each other by beacons cannot do: links are kept by agreement, and nobody has a map.
+    fn over_beacons(&mut self, deploy: &Deploy) {
+        if deploy.exchange == Exchange::Snapshot {
+            return;
+        }
+        if deploy.mode == DeployMode::Literal {
+            let words = Words::new("\"beacons\"", "\"snapshot\" with mode = \"literal\"", "change one of the two");
+            return self.deploy_problem("exchange", words);
+        }
+        if deploy.guard != DeployGuard::Full {
+            let words = Words::new("another guard", "\"full\" with exchange = \"beacons\"", "leave it out");
+            self.deploy_problem("guard", words);
+        }
+        if deploy.escape != Escape::None {
+            let words = Words::new("a known map", "\"none\" with exchange = \"beacons\"", "leave it out");
+            self.deploy_problem("escape", words);
         }
     }
 

@@ -261,6 +261,10 @@ fn numbers_that_do_not_go_together_are_refused() {
     check(&radio, "behaviour.range_m", ["7", "at most radio.range_m, 6", "raise radio.range_m"]);
     let beacon = refused(path("deploy_lossy"), &["beacon.rate_hz=5", "behaviour.peer_lost_s=0.1"]);
     assert_eq!(beacon.key, "behaviour.peer_lost_s");
+    let map = refused(path("deploy_lossy"), &["behaviour.escape=geodesic"]);
+    check(&map, "behaviour.escape", ["a known map", "exchange = \"beacons\"", "leave it out"]);
+    let guard = refused(path("deploy_lossy"), &["behaviour.guard=collision"]);
+    check(&guard, "behaviour.guard", ["another guard", "exchange = \"beacons\"", "leave it out"]);
 }
 
 #[test]
@@ -332,8 +336,9 @@ fn of_more_targets_than_robots_those_that_are_gone_to_must_be_one_network() {
 fn the_paper_as_printed_and_snapshots_are_for_points() {
     let problems = |more: &str| load_swarm(&good("swarms/first.toml"), &sets(&[&in_the_room(more)])).expect_err("no").0;
     let literal = problems("mode = \"literal\", exchange = \"beacons\"");
-    assert_eq!(literal.len(), 2, "one for each kind");
-    check(&literal[0], "behaviour.mode", ["\"rover_mavlink\", a kind that is no point", "simulated points", "walls"]);
+    assert_eq!(literal.len(), 3, "one for each kind, and one for the beacons");
+    let mode = literal.iter().find(|problem| problem.key == "behaviour.mode").expect("said of each kind");
+    check(mode, "behaviour.mode", ["\"rover_mavlink\", a kind that is no point", "simulated points", "walls"]);
     let snapshot = problems("exchange = \"snapshot\"");
     check(&snapshot[1], "behaviour.exchange", ["\"scout_mini\"", "\"beacons\"", "hears"]);
 }

@@ -258,6 +258,35 @@ fn whatever_is_asked_the_body_keeps_its_margin_to_standing_things() {
     }
 }
 
+#[test]
+fn whatever_is_asked_the_body_stays_in_the_discs_of_its_links() {
+    for seed in 0..20 {
+        let mut chance = Chance(seed);
+        let mut body = SimBody { pose_wb: Pose::default(), twist_b: Twist::ZERO, radius_m: 0.4 };
+        let mut supervisor = supervisor();
+        let discs = [(Vec2::new(1.5, 0.5), 2.5), (Vec2::new(-0.5, 1.0), 2.5)];
+        let (mut wish, mut held) = (Twist::ZERO, 0);
+        for tick in 0..1_200 {
+            if tick % 40 == 0 {
+                wish = Twist::new(chance.within(-0.5, 1.5), chance.within(-1.0, 1.0));
+            }
+            let request = crate::limit::limit(wish, supervisor.before(), &limits(), 0.05);
+            let mut obstacles = Obstacles::default();
+            obstacles
+                .stay_in(discs.iter().map(|(centre, radius_m)| (body.pose_wb.inverse_transform(*centre), *radius_m)));
+            let decision = supervisor.tick(&FIT, Some(request), body.twist_b, &obstacles, &mut Scratch::default());
+            held += usize::from(decision.changed == Some(Reason::Link));
+            for _ in 0..5 {
+                body.step(decision.command.twist_b(), 0.01);
+                let outside =
+                    |(centre, radius_m): &(Vec2, f64)| (body.pose_wb.position() - centre).norm() > radius_m + 0.02;
+                assert!(!discs.iter().any(outside), "seed {seed}, tick {tick}: {:?}", body.pose_wb);
+            }
+        }
+        assert!(held > 0, "seed {seed}: it never came to the rim");
+    }
+}
+
 proptest! {
     #[test]
     fn a_command_is_never_more_than_the_request_and_never_beyond_the_limits(

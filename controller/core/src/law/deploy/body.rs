@@ -9,7 +9,7 @@ use super::{Around, Params, Places, Teammate};
 use crate::avoid::{Capsule, Disc, SafeSet};
 use crate::law::{Outcome, View};
 use crate::links::{LinkPeer, Place};
-use drover_config::{Deploy, RobotFile};
+use drover_config::{Deploy, Exchange, RobotFile};
 use drover_contract::math::atan2;
 use drover_contract::{LinkReport, RobotId, Stamp, Twist, Vec2, wrap};
 use std::sync::Arc;
@@ -34,6 +34,8 @@ const STEP_M_MIN: f64 = 0.01;
 pub(crate) struct Deployer {
     mate: Teammate,
     period_s: f64,
+    /// The file is for points that know each other at a glance.
+    by_snapshot: bool,
     /// Where it wishes to move, m/s, world frame.
     wish_w: Vec2,
     start_gap_m: Option<f64>,
@@ -55,6 +57,7 @@ impl Deployer {
         Self {
             mate: Teammate::with_params(params, deploy, places, own, (MARGIN_M, now)),
             period_s: deploy.period_s,
+            by_snapshot: deploy.exchange == Exchange::Snapshot,
             wish_w: Vec2::zeros(),
             start_gap_m: None,
             gap_m: f64::INFINITY,
@@ -86,6 +89,9 @@ impl Deployer {
 
     /// One tick.
     pub(crate) fn step(&mut self, view: &View<'_>) -> Outcome {
+        if self.by_snapshot {
+            return Outcome::Stale("by snapshots only points deploy: use drover sim, or exchange = \"beacons\"");
+        }
         let pose_wb = view.motion.pose_wb;
         let at_w = pose_wb.position();
         self.gap_m = (self.mate.target_w() - at_w).norm();
