@@ -71,6 +71,15 @@ fn the_paper_s_scenes_are_sound_and_no_slower_than_the_prototype() {
 }
 
 #[test]
+fn whatever_stands_for_a_forbidden_move_the_network_is_one() {
+    // The nearest allowed point lies on the very rim of the discs, step after step.
+    for steer in ["behaviour.steer=project", "behaviour.steer=heading"] {
+        let runs = all("exp1", 0..10, &[steer]);
+        assert!(runs.iter().all(|run| run.deploy.as_ref().is_some_and(|figures| figures.connected_always)), "{steer}");
+    }
+}
+
+#[test]
 fn generated_fields_and_pockets_are_crossed() {
     assert_sound("field", &all("field", 0..6, &[]));
     assert_sound("pockets", &all("pockets", 0..10, &[]));

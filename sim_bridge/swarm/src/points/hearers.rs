@@ -21,6 +21,8 @@ const REPORT_BYTES: u64 = 201;
 const SENSE_M: f64 = 2.5;
 /// Whom a robot has not heard for this long it does not reckon with, seconds.
 const FORGET_S: f64 = 3.0;
+/// By how much a point's position may be wrong, metres: rounding, and no more.
+const MARGIN_M: f64 = 1e-4;
 /// Which life a robot is in: nobody comes back.
 const EPOCH: u32 = 1;
 
@@ -77,7 +79,7 @@ impl Hearers {
     pub(super) fn new(swarm: &Swarm, deploy: &Deploy, starts_w: &[Vec2], walls: Vec<Capsule>) -> Self {
         let ids: Vec<RobotId> = swarm.robots.iter().map(|robot| RobotId(robot.id)).collect();
         let places = Arc::new(Places::new(ids.iter().copied(), &deploy.targets_m, deploy.range_m));
-        let mate = |id: &RobotId| Teammate::new(deploy, Arc::clone(&places), (*id, EPOCH), 0.0, Stamp::ZERO);
+        let mate = |id: &RobotId| Teammate::new(deploy, Arc::clone(&places), (*id, EPOCH), MARGIN_M, Stamp::ZERO);
         let period = Duration::from_secs_f64(deploy.period_s);
         let beat = Duration::from_secs_f64(1.0 / swarm.beacon.rate_hz.clamp(1.0, 50.0));
         // Nobody's period begins when another's does.

@@ -26,6 +26,10 @@ pub struct Lockstep {
     pilots: Vec<Pilot>,
 }
 
+/// Links are kept that much shorter than the range, metres: rounding adds up over many steps, and a link that is longer
+/// than the range by a rounding is not there.
+const LINK_SLACK_M: f64 = 1e-4;
+
 /// What all robots do in one period.
 #[derive(Clone, Debug, Default)]
 pub struct Moves {
@@ -131,7 +135,7 @@ impl Lockstep {
             dt_s: self.params.period_s,
         };
         let wish = pilot.wish(&self.params, &sight);
-        let range_m = self.params.range_m;
+        let range_m = self.params.range_m - LINK_SLACK_M;
         let discs = linked_w.iter().map(|peer_w| Disc::between(here_w, *peer_w, range_m));
         let set = match self.guard {
             DeployGuard::None => None,
