@@ -80,6 +80,17 @@ fn whatever_stands_for_a_forbidden_move_the_network_is_one() {
 }
 
 #[test]
+fn targets_go_by_ids_and_not_by_the_order_of_the_file() {
+    for exchange in ["behaviour.exchange=snapshot", "behaviour.exchange=beacons"] {
+        let mut swarm = scene("exp1", 3, &[exchange]);
+        swarm.robots.reverse();
+        let mut trial = trial_of(&swarm, Fidelity::Direct, None).expect("opens");
+        let run = run_trial(&swarm, trial.as_mut(), &mut |_: &dyn drover_swarm::Trial| true).expect("a result");
+        assert_sound(exchange, &[run]);
+    }
+}
+
+#[test]
 fn generated_fields_and_pockets_are_crossed() {
     assert_sound("field", &all("field", 0..6, &[]));
     assert_sound("pockets", &all("pockets", 0..10, &[]));

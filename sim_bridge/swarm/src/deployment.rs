@@ -12,7 +12,7 @@ use drover_record::connectivity;
 use drover_world::Arena;
 use serde::Serialize;
 
-use crate::points::capsules;
+use crate::points::{capsules, targets_w};
 
 /// How often the algebraic connectivity is computed, s; its eigenvalues cost the cube of the number of robots.
 const LAMBDA_S: f64 = 1.0;
@@ -66,16 +66,9 @@ pub(crate) struct Deployment {
 impl Deployment {
     /// Before the first step of `swarm`.
     pub(crate) fn new(swarm: &Swarm, deploy: &Deploy, arena: &Arena) -> Self {
-        let mut ids: Vec<u32> = swarm.robots.iter().map(|robot| robot.id).collect();
-        ids.sort_unstable();
-        let rank = |id: u32| ids.binary_search(&id).unwrap_or(0);
-        let target_w = |id: u32| {
-            let [x, y] = deploy.targets_m.get(rank(id)).copied().unwrap_or_default();
-            Vec2::new(x, y)
-        };
         let count = swarm.robots.len();
         let mut watch = Self {
-            targets_w: swarm.robots.iter().map(|robot| target_w(robot.id)).collect(),
+            targets_w: targets_w(swarm, deploy),
             range_m: deploy.range_m,
             arrive_m: deploy.arrive_m,
             points: is_of_points(swarm),

@@ -7,6 +7,7 @@
 use super::links::{connected_throughout, lambda2, pairs};
 use super::{ARRIVED_M, Peer, Scene};
 use drover_contract::Vec2;
+use drover_core::avoid::Capsule;
 
 /// How a run went.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,16 +81,12 @@ fn measure(result: &mut PeerRun, scene: &Scene<'_>, (from_w, to_w): (&[Vec2], &[
 
 /// The least length of a vector that goes straight from `from` to `to`.
 fn least_m(from: Vec2, to: Vec2) -> f64 {
-    let change = to - from;
-    let square = change.norm_squared();
-    let time = if square > 0.0 { (-from.dot(&change) / square).clamp(0.0, 1.0) } else { 0.0 };
-    (from + change * time).norm()
+    Capsule::edge(from, to).distance_m(Vec2::zeros())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use drover_core::avoid::Capsule;
 
     /// Goes straight through everything.
     struct Blind;

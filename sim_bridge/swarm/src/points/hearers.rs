@@ -14,8 +14,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Bytes of a beacon and of a report of seven links on the air, headers and checksums included.
-const BEACON_BYTES: u64 = 71;
+/// Bytes of a report of seven links on the air, header and checksum included.
 const REPORT_BYTES: u64 = 201;
 /// Robots nearer than this are sensed, whatever the radio says: the paper's perception radius, metres.
 const SENSE_M: f64 = 2.5;
@@ -117,7 +116,7 @@ impl Hearers {
     }
 
     pub(super) fn messages_bytes(&self) -> u64 {
-        self.said * (BEACON_BYTES + REPORT_BYTES)
+        self.said * (super::BEACON_BYTES + REPORT_BYTES)
     }
 
     /// Whom `robot` has heard lately, and how long ago.

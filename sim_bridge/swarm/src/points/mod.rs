@@ -14,7 +14,7 @@ use drover_config::{Deploy, Exchange, Swarm};
 use drover_contract::math::atan2;
 use drover_contract::{BehaviourState, Pose, RobotId, Stamp, Vec2};
 use drover_core::avoid::Capsule;
-use drover_core::deploy::Lockstep;
+use drover_core::deploy::{Lockstep, Places};
 use drover_core::{Status, Verdict};
 use drover_robot::{HeardView, View};
 use drover_world::{Arena, BodySpec, RadioTally, Walls};
@@ -52,7 +52,12 @@ enum Mind {
 impl Mind {
     fn new(swarm: &Swarm, deploy: &Deploy, starts_w: &[Vec2], walls: Vec<Capsule>) -> Self {
         match deploy.exchange {
-            Exchange::Snapshot => Self::Lockstep(Box::new(Lockstep::new(deploy, starts_w, walls))),
+            Exchange::Snapshot => {
+                // Lockstep knows robots by their place in the file, targets go by the ranks of their ids.
+                let targets = targets_w(swarm, deploy).into_iter().map(|target_w| [target_w.x, target_w.y]);
+                let deploy = Deploy { targets_m: targets.collect(), ..deploy.clone() };
+                Self::Lockstep(Box::new(Lockstep::new(&deploy, starts_w, walls)))
+            }
             Exchange::Beacons => Self::Hearers(Box::new(Hearers::new(swarm, deploy, starts_w, walls))),
         }
     }
@@ -64,8 +69,6 @@ impl PointSwarm {
     pub fn new(swarm: &Swarm, deploy: &Deploy) -> Self {
         let bodies = BodySpec::all_of(swarm);
         let arena = Arena::new(&swarm.world, &bodies, swarm.seed);
-        let mut order: Vec<usize> = (0..swarm.robots.len()).collect();
-        order.sort_by_key(|robot| swarm.robots[*robot].id);
         let start_w: Vec<Vec2> = bodies.iter().map(|body| body.start.position()).collect();
         let status = |body: &BodySpec| Status {
             verdict: Verdict::Driving,
@@ -89,8 +92,7 @@ impl PointSwarm {
         }
     }
 
-    /// Robot `robot` dies: it stands where it is and says nothing any more. Over beacons the
-    /// others sense its body and go on avoiding it; in a snapshot it is not there.
+    /// Robot `robot` dies: it stands where it is and says nothing any more. Over beacons the others sense its body and go on avoiding it; in a snapshot it is not there.
     pub fn kill(&mut self, robot: usize) {
         if let Some(alive) = self.alive.get_mut(robot) {
             *alive = false;
@@ -172,6 +174,13 @@ fn note(status: &mut Status, now: Stamp, changed: bool, (target_w, reached): (Ve
     status.reached = reached;
     status.state = if reached { BehaviourState::Done } else { BehaviourState::Active };
     status.target_w = Some(target_w);
+}
+
+/// Everybody's target, in the file's order.
+pub(crate) fn targets_w(swarm: &Swarm, deploy: &Deploy) -> Vec<Vec2> {
+    let ids = || swarm.robots.iter().map(|robot| RobotId(robot.id));
+    let places = Places::new(ids(), &deploy.targets_m, deploy.range_m);
+    ids().map(|id| places.target_w(id, &[]).unwrap_or_else(Vec2::zeros)).collect()
 }
 
 /// The walls of a place, piece by piece; a thin wall's two sides are one.
