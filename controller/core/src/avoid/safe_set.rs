@@ -61,6 +61,22 @@ impl SafeSet {
         Self { params, at_w, discs: Vec::new(), planes: Vec::new(), walls: Vec::new() }
     }
 
+    /// C, R and O of a robot at `at_w`: the discs of its links, the robots and the walls around it.
+    #[must_use]
+    pub fn around(
+        params: SafeSetParams,
+        at_w: Vec2,
+        discs: impl Iterator<Item = Disc>,
+        peers_w: impl Iterator<Item = Vec2>,
+        walls: &[Capsule],
+    ) -> Self {
+        let mut set = Self::new(params, at_w);
+        discs.for_each(|disc| set.stay_in(disc));
+        peers_w.for_each(|peer_w| set.leave_half_to(peer_w));
+        walls.iter().for_each(|wall| set.keep_from(*wall));
+        set
+    }
+
     /// Forget everything: the robot is at `at_w` now.
     pub fn reset(&mut self, at_w: Vec2) {
         self.at_w = at_w;

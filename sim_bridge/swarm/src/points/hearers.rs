@@ -192,10 +192,7 @@ impl Hearers {
         let walls: Vec<Capsule> = self.walls.iter().filter(|wall| wall.at_least_m(at_w) <= reach_m).copied().collect();
         let mate = &mut self.mates[robot];
         let wish = mate.wish(&Around { at_w, peers: &peers, walls: &walls, dt_s: self.period.as_secs_f64() });
-        let mut set = SafeSet::new(self.safe, at_w);
-        mate.discs().for_each(|disc| set.stay_in(disc));
-        peers.iter().for_each(|peer| set.leave_half_to(peer.pos_w));
-        walls.iter().for_each(|wall| set.keep_from(*wall));
+        let set = SafeSet::around(self.safe, at_w, mate.discs(), peers.iter().map(|peer| peer.pos_w), &walls);
         self.ends_w[robot] = mate.steer(&set, wish);
         (self.ends_w[robot] - at_w - wish).norm() > 1e-6
     }

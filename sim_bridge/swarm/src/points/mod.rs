@@ -92,7 +92,8 @@ impl PointSwarm {
         }
     }
 
-    /// Robot `robot` dies: it stands where it is and says nothing any more. Over beacons the others sense its body and go on avoiding it; in a snapshot it is not there.
+    /// Robot `robot` dies: it stands where it is and says nothing any more. Over beacons the others sense its body and
+    /// go on avoiding it; in a snapshot it is not there.
     pub fn kill(&mut self, robot: usize) {
         if let Some(alive) = self.alive.get_mut(robot) {
             *alive = false;

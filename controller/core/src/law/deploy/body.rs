@@ -101,11 +101,9 @@ impl Deployer {
         let near = view.walls_b.iter().filter(|point_b| point_b.norm() <= SIGHT_M);
         let walls: Vec<Capsule> = near.map(|point_b| Capsule::disc(pose_wb.transform(*point_b), 0.0)).collect();
         let wish = self.mate.wish(&Around { at_w, peers: &peers, walls: &walls, dt_s: view.dt_s });
-        let mut set = SafeSet::new(self.mate.params().safe, at_w);
         let inner = |disc: Disc| Disc { radius_m: (disc.radius_m - INNER_M).max(0.0), ..disc };
-        self.mate.discs().for_each(|disc| set.stay_in(inner(disc)));
-        peers.iter().for_each(|peer| set.leave_half_to(peer.pos_w));
-        walls.iter().for_each(|wall| set.keep_from(*wall));
+        let (discs, peers_w) = (self.mate.discs().map(inner), peers.iter().map(|peer| peer.pos_w));
+        let set = SafeSet::around(self.mate.params().safe, at_w, discs, peers_w, &walls);
         let step = self.mate.steer(&set, wish) - at_w;
         self.wish_w = step / self.period_s;
         Outcome::Solved(if self.arrived { Twist::ZERO } else { self.drive(view, step) })

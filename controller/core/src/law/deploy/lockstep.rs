@@ -5,9 +5,9 @@
 
 use super::Params;
 use super::known_map::KnownMap;
-use super::pilot::{Pilot, Sight, safe_set};
+use super::pilot::{Pilot, Sight};
 use super::topology::{Graph, KeptGraph};
-use crate::avoid::{Capsule, Disc};
+use crate::avoid::{Capsule, Disc, SafeSet};
 use drover_config::{Deploy, DeployGuard, Escape, KeptLinks};
 use drover_contract::Vec2;
 
@@ -137,10 +137,11 @@ impl Lockstep {
         let wish = pilot.wish(&self.params, &sight);
         let range_m = self.params.range_m - LINK_SLACK_M;
         let discs = linked_w.iter().map(|peer_w| Disc::between(here_w, *peer_w, range_m));
+        let (safe, peers) = (self.params.safe, peers_w.iter().copied());
         let set = match self.guard {
             DeployGuard::None => None,
-            DeployGuard::Collision => Some(safe_set(&self.params, here_w, std::iter::empty(), peers_w.iter(), &walls)),
-            DeployGuard::Full => Some(safe_set(&self.params, here_w, discs, peers_w.iter(), &walls)),
+            DeployGuard::Collision => Some(SafeSet::around(safe, here_w, std::iter::empty(), peers, &walls)),
+            DeployGuard::Full => Some(SafeSet::around(safe, here_w, discs, peers, &walls)),
         };
         let end_w = pilot.steer(&self.params, here_w, wish, set.as_ref());
         (end_w, (end_w - here_w - wish).norm() > SLACK_M)

@@ -4,7 +4,7 @@ use super::Params;
 use super::detour::Detour;
 use super::forces::Force;
 use super::predict::total;
-use crate::avoid::{Capsule, Disc, SafeSet, Steering};
+use crate::avoid::{Capsule, SafeSet, Steering};
 use drover_contract::Vec2;
 use drover_contract::math::{cos, sin};
 
@@ -145,19 +145,4 @@ fn to_layout(params: &Params, sight: &Sight<'_>) -> Force {
         }
         Some(_) | None => goal,
     }
-}
-
-/// C, R and O of a robot at `at_w`: the discs of its kept links, the robots and the walls around it.
-pub(super) fn safe_set<'a>(
-    params: &Params,
-    at_w: Vec2,
-    discs: impl Iterator<Item = Disc>,
-    peers_w: impl Iterator<Item = &'a Vec2>,
-    walls: &[Capsule],
-) -> SafeSet {
-    let mut set = SafeSet::new(params.safe, at_w);
-    discs.for_each(|disc| set.stay_in(disc));
-    peers_w.for_each(|peer_w| set.leave_half_to(*peer_w));
-    walls.iter().for_each(|wall| set.keep_from(*wall));
-    set
 }

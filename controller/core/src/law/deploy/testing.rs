@@ -1,8 +1,7 @@
 //! The last layer on its own, under wishes that no law would have.
 
-use super::pilot::safe_set;
 use super::{Graph, Params, Pilot};
-use crate::avoid::{Capsule, Disc};
+use crate::avoid::{Capsule, Disc, SafeSet};
 use crate::testing::deploy_config;
 use drover_config::{Deploy, DeployMode, DeploySteer};
 use drover_contract::Vec2;
@@ -28,7 +27,7 @@ impl Guarded {
             let here_w = at_w[robot];
             let discs = kept.of(robot).iter().map(|peer| Disc::between(here_w, at_w[*peer], self.params.range_m));
             let peers_w: Vec<Vec2> = graph.neighbours(robot).iter().map(|peer| at_w[*peer]).collect();
-            let set = safe_set(&self.params, here_w, discs, peers_w.iter(), walls);
+            let set = SafeSet::around(self.params.safe, here_w, discs, peers_w.into_iter(), walls);
             assert!(set.allows(here_w), "the set is never empty");
             let end_w = pilot.steer(&self.params, here_w, wishes[robot], Some(&set));
             assert!(set.allows(end_w), "what is chosen is allowed");
