@@ -1,6 +1,6 @@
 //! A swarm of any size for benches: MAVLink rovers in a grid on an open field, behind a leader that drives straight on.
 
-use drover_config::{Behaviour, Flock, Links, Robot, Start, Swarm, World};
+use drover_config::{Behaviour, Flock, Links, Party, Robot, Start, Swarm, World};
 
 /// Between two robots of the grid, metres.
 const PITCH_M: f64 = 2.5;
@@ -32,7 +32,7 @@ pub fn convoy(template: &Swarm, kind: &str, count: u32, port_base: u16) -> anyho
         name: format!("convoy-{count}"),
         robots: robots.collect(),
         world: World { name: "open field".into(), ..World::default() },
-        behaviour: Behaviour::Flock(Flock { leader: 1, waypoints_m: vec![[1000.0, 0.0]], ..flock.clone() }),
+        behaviour: Behaviour::Flock(Flock { parties: vec![Party::of_all(1, vec![[1000.0, 0.0]])], ..flock.clone() }),
         mavlink_port_base: port_base,
         ..template.clone()
     })

@@ -4,8 +4,10 @@
 //! `--quick` form that shows it works without claiming anything.
 
 mod bringup;
+mod contest;
 mod convoy;
 mod deploy;
+mod flock;
 mod latency;
 mod machine;
 mod peers;
@@ -15,10 +17,14 @@ mod record;
 mod sim;
 
 pub use bringup::{BringupResult, bringup};
+pub use contest::Ways;
 pub use convoy::convoy;
 pub use deploy::{
-    DeployCostRow, DeployPlan, DeployResult, DeployRow, DeployRun, DeployScene, DeploySummary, DeployWays, deploy,
-    deploy_ways,
+    DeployCostRow, DeployPlan, DeployResult, DeployRow, DeployRun, DeployScene, DeploySummary, deploy, deploy_ways,
+};
+pub use flock::{
+    FlockContender, FlockCostRow, FlockPlan, FlockRefusal, FlockResult, FlockRun, FlockScene, FlockSummary, flock,
+    flock_ways,
 };
 pub use latency::{LatencyResult, LatencyRow, latency};
 pub use machine::{Conditions, ProcessUse};

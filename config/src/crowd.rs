@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 /// Touching is not overlapping: places that were computed differ in their last digits, metres.
 pub(crate) const TOUCH_M: f64 = 1e-9;
 /// The smallest body, metres: discs are kept apart by how many times it doubles into their radius.
-const RADIUS_M_MIN: f64 = 0.02;
+const RADIUS_M_MIN: f64 = 0.005;
 
 /// Discs by size and place. Of discs that do not overlap, a cell holds a few at most, whatever else is in the crowd.
 #[derive(Debug, Default)]

@@ -38,9 +38,9 @@ impl Kind {
 /// The body, around the point between the wheels.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Body {
-    /// Radius of the disc that holds the whole body, metres, 0.02..=5. Robots know themselves and each other as discs.
+    /// Radius of the disc that holds the whole body, metres, 0.005..=5. Robots know themselves and each other as discs.
     pub radius_m: f64,
-    /// Distance between left and right wheels, metres, 0.02..=5 (what the drive's own odometry assumes).
+    /// Distance between left and right wheels, metres, 0.005..=5 (what the drive's own odometry assumes).
     pub track_m: f64,
     /// Corners of the convex outline that the simulated body really has, body frame, metres, counter-clockwise, within
     /// the disc; empty: the disc itself.
@@ -89,15 +89,15 @@ pub struct Motion {
     pub speed_mps_max: f64,
     /// Fastest backwards, m/s, 0..=10.
     pub reverse_mps_max: f64,
-    /// Fastest turn, rad/s, 0.01..=10.
+    /// Fastest turn, rad/s, 0.01..=200.
     pub yaw_rate_radps_max: f64,
     /// Strongest speeding up, m/s^2, 0.01..=20.
     pub accel_mps2_max: f64,
     /// Braking that the body is sure to reach, m/s^2, 0.01..=20.
     pub brake_mps2: f64,
-    /// Strongest change of turn, rad/s^2, 0.01..=100.
+    /// Strongest change of turn, rad/s^2, 0.01..=10000.
     pub yaw_accel_radps2_max: f64,
-    /// Gap to anything that the supervisor keeps, metres, 0.01..=5.
+    /// Gap to anything that the supervisor keeps, metres, 0.001..=5.
     pub margin_m: f64,
 }
 

@@ -9,6 +9,7 @@ mod boxes;
 mod check;
 mod crowd;
 mod deploy;
+mod flock;
 mod generate;
 mod geometry;
 mod guard;
@@ -35,10 +36,11 @@ mod write;
 #[cfg(test)]
 mod tests;
 
-pub use behaviour::{Behaviour, Diffuse, Flock};
+pub use behaviour::{Behaviour, Diffuse};
 pub use deploy::{
     Assignment, Deploy, DeployGuard, DeployMode, DeploySteer, Escape, Exchange, Forces, KeptLinks, Rotation,
 };
+pub use flock::{Avoidance, Flock, FlockGuard, FlockMode, LeaderLoss, LeaderWay, Party, WallFollowing};
 pub use kind::{AgilexModel, Body, Drive, Kind, Lidar, LidarLink, Motion, Mount, Sim, SimMotion, Timeouts};
 pub use load::{Checked, check_file, check_file_with, load_kind, load_robot, load_swarm, load_world, robot_from_text};
 pub use overrides::Override;
@@ -46,4 +48,4 @@ pub use plane::{Airtime, BeaconPlane, Burst, Partition, Propagation, Radio};
 pub use problem::{Problem, Problems};
 pub use robot::{Links, Peer, Robot, RobotFile, Start};
 pub use swarm::Swarm;
-pub use world::{Circle, GridMap, Polygon, Polyline, UnknownCells, World};
+pub use world::{Circle, GridMap, Mover, Polygon, Polyline, UnknownCells, World};

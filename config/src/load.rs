@@ -181,7 +181,9 @@ pub(crate) fn read_kind(report: &mut Report, root: Node, overrides: &[Override])
 pub(crate) fn read_world(report: &mut Report, root: Node, overrides: &[Override]) -> Option<World> {
     let root = resolve(report, root, overrides, expand_nothing);
     let parts = read_table(report, &root, ("", ""), |table| world::world(table, SEED))?;
-    Checker { report, root: &root }.world("", &parts);
+    let mut checker = Checker { report, root: &root };
+    let sound = checker.world("", &parts);
+    checker.movers("", &sound.movers, &Walls::new(&sound));
     parts.world()
 }
 
@@ -218,7 +220,11 @@ fn check_swarm(checker: &mut Checker<'_>, parts: &mut SwarmParts, kinds: &BTreeM
     checker.step(parts.step_ms, kinds);
     let world = parts.world.as_ref().map(|world| checker.world("world", world));
     let walls = world.as_ref().map(Walls::new);
-    let crowd = checker.starts(&parts.robots, &parts.kinds, walls.as_ref());
+    let movers = parts.world.as_ref().map_or(&[][..], |world| &world.movers);
+    if let Some(walls) = &walls {
+        checker.movers("world", movers, walls);
+    }
+    let crowd = checker.starts(&parts.robots, &parts.kinds, movers, walls.as_ref());
     let members = checker.fleets(parts, walls.as_ref(), crowd);
     parts.robots.extend(members);
     checker.robots(&parts.robots, &parts.kinds);
@@ -245,12 +251,15 @@ fn check_behaviour(
         None => return,
     };
     let ids: Vec<u32> = parts.robots.iter().filter_map(|robot| robot.id).collect();
-    let leader = parts.robots.iter().find(|robot| robot.id == Some(flock.leader));
-    let leader_kind = leader.and_then(|robot| kinds.get(robot.kind.as_ref()?));
-    checker.leader(flock, &ids, leader_kind);
-    checker.flock_distances(flock, used);
+    let kind_of = |id: u32| {
+        let robot = parts.robots.iter().find(|robot| robot.id == Some(id));
+        robot.and_then(|robot| kinds.get(robot.kind.as_ref()?))
+    };
+    checker.parties(flock, &ids, kind_of);
+    checker.flock_distances(flock, used.clone());
+    checker.flocking_kinds(flock, used);
     if let Some(walls) = walls {
-        checker.waypoints(flock, leader_kind, walls);
+        checker.waypoints(flock, kind_of, walls);
     }
 }
 
@@ -322,8 +331,9 @@ fn check_robot_file(checker: &mut Checker<'_>, parts: &RobotFileParts) {
     match &parts.behaviour {
         Some(Behaviour::Flock(flock)) => {
             let ids: Vec<u32> = own.into_iter().chain(parts.peers.iter().map(|(_, peer)| peer.id)).collect();
-            checker.leader(flock, &ids, kind.as_ref().filter(|_| own == Some(flock.leader)));
+            checker.parties(flock, &ids, |id| kind.as_ref().filter(|_| own == Some(id)));
             checker.flock_distances(flock, kind.iter());
+            checker.flocking_kinds(flock, kind.iter());
         }
         Some(Behaviour::Diffuse(diffuse)) => checker.diffuse(diffuse, kind.iter()),
         Some(Behaviour::Deploy(deploy)) => {

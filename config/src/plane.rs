@@ -94,7 +94,7 @@ pub struct Propagation {
 /// One channel that all robots share: a receiver hears one message at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Airtime {
-    /// Time that one message takes on the air, ms, > 0 (a 71-byte broadcast at 1 Mbit/s with its preamble: 1).
+    /// Time that one message takes on the air, ms, > 0 (a 75-byte broadcast at 1 Mbit/s with its preamble: 1).
     pub message_ms: f64,
     /// A message that would have to wait longer than this for a free channel is lost, ms.
     pub wait_ms_max: f64,

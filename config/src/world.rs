@@ -19,6 +19,9 @@ pub struct World {
     /// A grid map whose occupied cells are obstacles.
     #[serde(skip_serializing_if = "Option::is_none", serialize_with = "named")]
     pub map: Option<Arc<GridMap>>,
+    /// Round obstacles that move.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub movers: Vec<Mover>,
 }
 
 /// A simple polygon.
@@ -37,6 +40,31 @@ pub struct Circle {
     pub centre_m: [f64; 2],
     /// Radius, metres, > 0.
     pub radius_m: f64,
+}
+
+/// A disc that goes along a route for ever, and waits while a robot is in its way: it never runs into one.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Mover {
+    /// Radius, metres, > 0.
+    pub radius_m: f64,
+    /// Where it starts, and where it goes from there in straight lines, metres, at least two.
+    pub waypoints_m: Vec<[f64; 2]>,
+    /// How fast it goes while nobody is in its way, m/s, > 0.
+    pub speed_mps: f64,
+    /// Whether it goes from the last waypoint straight to the first; else it goes back along them.
+    #[serde(rename = "loop")]
+    pub loops: bool,
+}
+
+impl Mover {
+    /// Its whole way until it is where it started, and goes on as it did at first: from each of these points to the
+    /// next, and from the last to the first.
+    #[must_use]
+    pub fn round_m(&self) -> Vec<[f64; 2]> {
+        let back = self.waypoints_m.iter().rev().skip(1).take(self.waypoints_m.len().saturating_sub(2));
+        let back = back.filter(|_| !self.loops);
+        self.waypoints_m.iter().chain(back).copied().collect()
+    }
 }
 
 /// A chain of thin walls.

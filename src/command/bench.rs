@@ -4,11 +4,11 @@ use crate::exit::Exit;
 use crate::meter;
 use anyhow::Context;
 use drover_bench::{
-    Conditions, DeployPlan, DeployResult, DeployWays, LatencyResult, RecordResult, SimResult, bringup, convoy, deploy,
-    deploy_ways, latency, rays, record, sim,
+    Conditions, DeployPlan, DeployResult, FlockPlan, FlockResult, LatencyResult, RecordResult, SimResult, Ways,
+    bringup, convoy, deploy, deploy_ways, flock, flock_ways, latency, rays, record, sim,
 };
 use drover_config::{Links, Problems, Swarm, load_swarm};
-use drover_contract::Twist;
+use drover_contract::{Pose, Twist};
 use drover_picture::{Chart, Run, Series, pictures};
 use drover_record::{Moment, RobotMoment, Setting, Truth};
 use serde::Serialize;
@@ -29,7 +29,7 @@ pub(crate) struct Arguments {
     #[arg(long)]
     quick: bool,
     /// The swarm whose kinds and behaviour are used: config/swarms/first.toml, or ten.toml for record, unless given;
-    /// for deploy the only scene, instead of config/swarms/deploy_*.toml
+    /// for deploy and flock the only scene, instead of config/swarms/deploy_*.toml or flock_*.toml
     #[arg(long)]
     swarm: Option<PathBuf>,
     /// The MAVLink kind of that swarm to measure with
@@ -38,11 +38,11 @@ pub(crate) struct Arguments {
     /// Robots at most
     #[arg(long, default_value_t = 100)]
     robots: u32,
-    /// Seeds of each row's runs, without B: 0..20 unless given (deploy)
+    /// Seeds of each row's runs, without B: 0..20 unless given for deploy, 0..40 for flock
     #[arg(long, value_name = "A..B", value_parser = seeds)]
     seeds: Option<Range<u64>>,
-    /// Draw what is measured against a number of robots or of runs, and for deploy the robots' ways, as SVG and PNG,
-    /// into this folder (sim, record, deploy)
+    /// Draw what is measured against a number of robots or of runs, and for deploy and flock the robots' ways, as SVG
+    /// and PNG, into this folder (sim, record, deploy, flock)
     #[arg(long, value_name = "FOLDER")]
     figures: Option<PathBuf>,
     /// First port of the virtual autopilots
@@ -65,11 +65,14 @@ enum Name {
     Record,
     /// Deployment: the paper's, ours, its parts, modern peers, on the same scenes and seeds; what a round costs
     Deploy,
+    /// Flocking: the paper's, repairs of it, ours, its parts, on the same scenes and seeds; what a decision costs
+    Flock,
 }
 
 pub(crate) fn execute(arguments: &Arguments) -> Exit {
     let measured = match arguments.name {
         Name::Deploy => measure_deploy(arguments),
+        Name::Flock => measure_flock(arguments),
         Name::Rays => {
             show(&rays(arguments.quick), arguments.json);
             Ok(())
@@ -103,7 +106,7 @@ fn measure_with_template(arguments: &Arguments) -> anyhow::Result<()> {
             show(&result, arguments.json);
             draw(arguments, "sim", &sim_chart(&result))?;
         }
-        Name::Rays | Name::Deploy => {} // they need none
+        Name::Rays | Name::Deploy | Name::Flock => {} // they need none
     }
     Ok(())
 }
@@ -132,16 +135,22 @@ fn write(folder: &Path, name: &str, files: [(&str, Vec<u8>); 2]) -> anyhow::Resu
     Ok(())
 }
 
-/// Where the robots went, from above.
-fn draw_ways(folder: &Path, ways: &DeployWays) -> anyhow::Result<()> {
+/// Where the robots went, from above; who is out of view is not drawn.
+fn draw_ways(folder: &Path, ways: &Ways) -> anyhow::Result<()> {
     let robots = || ways.swarm.robots.iter().map(|robot| robot.id);
-    let moment = |(time_s, poses): &(f64, Vec<_>)| {
-        let truths = poses.iter().map(|pose| Some(Truth::new(*pose, Twist::ZERO, false)));
+    let moment = |(time_s, poses): &(f64, Vec<Pose>)| {
+        let seen = |pose: &&Pose| ways.shows([pose.x_m, pose.y_m]);
+        let truths = poses.iter().map(|pose| Some(pose).filter(seen).map(|pose| Truth::new(*pose, Twist::ZERO, false)));
         let robots = robots().zip(truths).map(|(id, truth)| RobotMoment::unheard(id, truth)).collect();
         Moment { time_s: *time_s, robots, ..Moment::default() }
     };
+    let setting = Setting::of_swarm(&ways.swarm, 0);
     let run = Run {
-        setting: Setting::of_swarm(&ways.swarm, 0),
+        setting: Setting {
+            route_m: ways.shown_of(&setting.route_m),
+            goal: setting.goal.filter(|goal| ways.shows(goal.at_m)),
+            ..setting
+        },
         moments: ways.moments.iter().map(moment).collect(),
         ..Run::default()
     };
@@ -152,11 +161,20 @@ fn draw_ways(folder: &Path, ways: &DeployWays) -> anyhow::Result<()> {
 
 fn deploy_chart(result: &DeployResult) -> Chart {
     let points = result.cost.iter().map(|row| [f64::from(row.robots), row.round_us]).collect();
+    decision_chart(points, ["deployment", "robots", "microseconds a robot and round"], &result.conditions)
+}
+
+fn flock_chart(result: &FlockResult) -> Chart {
+    let points = result.cost.iter().map(|row| [f64::from(row.followers), row.tick_us]).collect();
+    decision_chart(points, ["flocking", "followers", "microseconds a robot and tick"], &result.conditions)
+}
+
+fn decision_chart(points: Vec<[f64; 2]>, [what, x_label, y_label]: [&str; 3], conditions: &Conditions) -> Chart {
     Chart {
-        title: "Cost of a decision against the number of robots".into(),
-        subtitle: format!("deployment in the open, one thread; {}", result.conditions),
-        x_label: "robots".into(),
-        y_label: "microseconds a robot and round".into(),
+        title: format!("Cost of a decision against the number of {x_label}"),
+        subtitle: format!("{what} in the open, one thread; {conditions}"),
+        x_label: x_label.into(),
+        y_label: y_label.into(),
         x_log: true,
         series: vec![Series { points, ..Series::default() }],
         ..Chart::default()
@@ -236,17 +254,33 @@ fn measure_sim(arguments: &Arguments, template: &Swarm) -> anyhow::Result<SimRes
 
 fn measure_deploy(arguments: &Arguments) -> anyhow::Result<()> {
     let plan = DeployPlan::new(arguments.swarm.as_deref(), arguments.seeds.clone(), arguments.quick)?;
-    let bar = meter::bar(plan.runs());
-    bar.set_message(format!("of {} runs", plan.runs()));
-    let result = deploy(&plan, &|| bar.inc(1));
-    bar.finish_and_clear();
-    let result = result?;
+    let result = counted(plan.runs(), |on_run| deploy(&plan, on_run))?;
     show(&result, arguments.json);
     let Some(folder) = &arguments.figures else { return Ok(()) };
     if !result.cost.is_empty() {
         draw(arguments, "deploy_cost", &deploy_chart(&result))?;
     }
     deploy_ways(&plan)?.iter().try_for_each(|ways| draw_ways(folder, ways))
+}
+
+fn measure_flock(arguments: &Arguments) -> anyhow::Result<()> {
+    let plan = FlockPlan::new(arguments.swarm.as_deref(), arguments.seeds.clone(), arguments.quick)?;
+    let result = counted(plan.runs(), |on_run| flock(&plan, on_run))?;
+    show(&result, arguments.json);
+    let Some(folder) = &arguments.figures else { return Ok(()) };
+    if !result.cost.is_empty() {
+        draw(arguments, "flock_cost", &flock_chart(&result))?;
+    }
+    flock_ways(&plan, &result)?.iter().try_for_each(|ways| draw_ways(folder, ways))
+}
+
+/// `measure`, which tells of every run that has ended, behind a bar of so many.
+fn counted<T>(runs: u64, measure: impl FnOnce(&(dyn Fn() + Sync)) -> anyhow::Result<T>) -> anyhow::Result<T> {
+    let bar = meter::bar(runs);
+    bar.set_message(format!("of {runs} runs"));
+    let result = measure(&|| bar.inc(1));
+    bar.finish_and_clear();
+    result
 }
 
 fn seeds(text: &str) -> Result<Range<u64>, String> {

@@ -31,6 +31,7 @@ fn pymavlink_hears_a_running_robots_beacons_and_an_operators_stop() {
     let heard = &report["robots"]["1"];
     assert!((25.0..=50.0).contains(&number(heard, "beacons")), "10 a second for 4 s: {report:#}");
     assert!(number(heard, "bytes") <= 160.0, "a beacon with a signature at most: {report:#}");
+    assert_eq!(heard["leader"], 1, "it leads: {report:#}");
     place.wait("it stands", 5.0, |place| !place.moves(0));
     let true_w = place.plant.with(|plant| plant.truth(0).pose_wb.position());
     let off_m = (number(heard, "x") - true_w.x).hypot(number(heard, "y") - true_w.y);

@@ -81,6 +81,7 @@ fn beacon() -> Beacon {
         radius_m: 0.375,
         state: BehaviourState::Active,
         progress: 0.5,
+        leader: None,
     }
 }
 

@@ -23,7 +23,9 @@ fn mirrored(swarm: &Swarm) -> Swarm {
         robot.start.yaw_rad = -robot.start.yaw_rad;
     }
     match &mut mirrored.behaviour {
-        Behaviour::Flock(flock) => flock.waypoints_m.iter_mut().for_each(flip),
+        Behaviour::Flock(flock) => {
+            flock.parties.iter_mut().flat_map(|party| &mut party.waypoints_m).for_each(flip);
+        }
         Behaviour::Diffuse(_) => {}
         Behaviour::Deploy(deploy) => deploy.targets_m.iter_mut().for_each(flip),
     }

@@ -2,7 +2,7 @@
 //! whole swarm decides, on one thread.
 
 use super::runs::Task;
-use super::scenes::load;
+use crate::contest::{load, one_thread};
 use drover_config::Swarm;
 use drover_contract::Vec2;
 use drover_core::deploy::Lockstep;
@@ -52,9 +52,8 @@ pub struct DeployCostRow {
 
 /// Measure with `file`, with other numbers of robots.
 pub(super) fn measure(file: &Path, quick: bool) -> anyhow::Result<Vec<DeployCostRow>> {
-    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let (layouts, least) = if quick { (LAYOUTS_QUICK, MEASURE_QUICK) } else { (LAYOUTS.len(), MEASURE) };
-    alone.install(|| LAYOUTS[..layouts].iter().map(|layout| row(&square(file, *layout)?, least)).collect())
+    one_thread()?.install(|| LAYOUTS[..layouts].iter().map(|layout| row(&square(file, *layout)?, least)).collect())
 }
 
 /// Experiment 2 with another number of robots, as close together at the start and in the layout as there.

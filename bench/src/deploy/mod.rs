@@ -20,12 +20,11 @@ pub use cost::DeployCostRow;
 pub use runs::DeployRun;
 pub use scenes::DeployPlan;
 pub use summary::DeploySummary;
-pub use ways::{DeployWays, deploy_ways};
+pub use ways::deploy_ways;
 
+use crate::contest::{Plan, Scene};
 use crate::machine::Conditions;
-use rayon::prelude::*;
 use rows::Row;
-use scenes::Scene;
 use serde::Serialize;
 
 /// What the bench says.
@@ -73,6 +72,7 @@ pub struct DeployRow {
 /// If a scene cannot be loaded with a seed, or a thread pool not be made.
 pub fn deploy(plan: &DeployPlan, on_run: &(dyn Fn() + Sync)) -> anyhow::Result<DeployResult> {
     let conditions = Conditions::now();
+    let plan = &plan.0;
     // First, while nothing else of ours is running.
     let cost = plan.cost_file().map_or_else(|| Ok(Vec::new()), |file| cost::measure(file, plan.quick))?;
     let scenes = scene_rows(plan, &rows::of(plan.quick), on_run)?;
@@ -83,28 +83,20 @@ impl DeployPlan {
     /// How many runs that is.
     #[must_use]
     pub fn runs(&self) -> u64 {
-        (self.scenes.len() * rows::of(self.quick).len()) as u64 * (self.seeds.end - self.seeds.start)
+        (self.0.scenes.len() * rows::of(self.0.quick).len()) as u64 * (self.0.seeds.end - self.0.seeds.start)
     }
 }
 
-fn scene_rows(plan: &DeployPlan, rows: &[Row], on_run: &(dyn Fn() + Sync)) -> anyhow::Result<Vec<DeployScene>> {
-    let seeds: Vec<u64> = plan.seeds.clone().collect();
-    let mut jobs: Vec<(&Scene, &Row, u64)> = Vec::new();
-    for scene in &plan.scenes {
-        jobs.extend(rows.iter().flat_map(|row| seeds.iter().map(move |seed| (scene, row, *seed))));
-    }
-    let run = |(scene, row, seed): &(&Scene, &Row, u64)| {
-        let run = runs::run(scene, row, *seed);
-        on_run();
-        run
-    };
-    let runs: Vec<DeployRun> = jobs.par_iter().map(run).collect::<anyhow::Result<_>>()?;
-    let mut of_rows = runs.chunks(seeds.len().max(1));
-    let row = |row: &Row, runs: &[DeployRun]| DeployRow {
+fn scene_rows(plan: &Plan, rows: &[Row], on_run: &(dyn Fn() + Sync)) -> anyhow::Result<Vec<DeployScene>> {
+    let contenders: Vec<(&Scene, &Row)> =
+        plan.scenes.iter().flat_map(|scene| rows.iter().map(move |row| (scene, row))).collect();
+    let runs = plan.run_all(&contenders, |(scene, row), seed| runs::run(scene, row, seed), on_run)?;
+    let mut of_rows = runs.into_iter();
+    let row = |row: &Row, runs: Vec<DeployRun>| DeployRow {
         row: row.name,
         overrides: row.overrides(),
-        summary: DeploySummary::of(runs),
-        runs: runs.to_vec(),
+        summary: DeploySummary::of(&runs),
+        runs,
     };
     let scene = |scene: &Scene| {
         let swarm = scene.load(&[], plan.seeds.start)?;

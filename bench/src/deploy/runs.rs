@@ -5,7 +5,8 @@
 
 use super::peers;
 use super::rows::{Contender, Row};
-use super::scenes::{Scene, deploys};
+use super::scenes::deploys;
+use crate::contest::Scene;
 use drover_config::{Deploy, Swarm};
 use drover_contract::Vec2;
 use drover_swarm::{Fidelity, Trial, capsules, run_trial, trial_of};

@@ -2,7 +2,7 @@
 
 use super::cost::DeployCostRow;
 use super::{DeployResult, DeployRow, DeployScene};
-use drover_swarm::Spread;
+use crate::contest::table::{mean, median, quartiles, share, short, worst};
 use std::fmt;
 
 /// What the columns mean.
@@ -46,13 +46,10 @@ impl fmt::Display for DeployRow {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let all = &self.summary;
         let (connected, arrived) = (share(all.connected_always.as_ref()), share(all.all_arrived.as_ref()));
-        let there = all.arrived_fraction.as_ref().map(|there| there.mean);
         let time = quartiles(all.time_s.as_ref());
-        write!(f, "{:<29} {connected:<17} {arrived:<17} {:>5} {time:<17}", self.row, short(there, 2))?;
-        let worst = |spread: &Option<Spread>| spread.as_ref().map(|spread| spread.worst);
-        let mean = |spread: &Option<Spread>| spread.as_ref().map(|spread| spread.mean);
-        let bound_s = all.bound_s.as_ref().map(|bound| bound.median);
-        write!(f, " {:>7} {:>7}", short(bound_s, 0), short(worst(&all.min_gap_robot_m), 3))?;
+        let there = short(mean(&all.arrived_fraction), 2);
+        write!(f, "{:<29} {connected:<17} {arrived:<17} {there:>5} {time:<17}", self.row)?;
+        write!(f, " {:>7} {:>7}", short(median(&all.bound_s), 0), short(worst(&all.min_gap_robot_m), 3))?;
         write!(f, " {:>6} {:>6}", short(worst(&all.min_gap_wall_m), 3), short(mean(&all.tunnelled), 2))?;
         write!(f, " {:>6} {:>6}", short(mean(&all.path_m_mean), 1), short(mean(&all.guard_changed_fraction), 3))?;
         write!(f, " {:>7}", short(worst(&all.lambda2_min), 4))
@@ -65,23 +62,4 @@ impl fmt::Display for DeployCostRow {
         write!(f, "{robots:>7}   {neighbours:>10.1}   {round_us:>14.2}   {real_time:>11.0}   {real_time_world:>14.1}")?;
         write!(f, "   {:>11} s", short(*arrived_s, 0))
     }
-}
-
-fn share(spread: Option<&Spread>) -> String {
-    let interval = |spread: &Spread| Some((spread.mean, spread.ci95_low?, spread.ci95_high?));
-    match spread.and_then(interval) {
-        Some((mean, low, high)) => format!("{mean:.2} [{low:.2}, {high:.2}]"),
-        None => "-".into(),
-    }
-}
-
-fn quartiles(spread: Option<&Spread>) -> String {
-    match spread {
-        Some(Spread { median, q1, q3, .. }) => format!("{median:>5.0} ({q1:.0}..{q3:.0})"),
-        None => "-".into(),
-    }
-}
-
-fn short(value: Option<f64>, digits: usize) -> String {
-    value.map_or_else(|| "-".into(), |value| format!("{value:.digits$}"))
 }

@@ -1,8 +1,9 @@
 //! The rows and scenes are sound, and a small run says the same twice.
 
 use super::rows::{self, Contender};
-use super::scenes::{DeployPlan, deploys};
-use super::{DeployPlan as Plan, deploy_ways, scene_rows};
+use super::scenes::{USUAL, deploys};
+use super::{DeployPlan, deploy_ways, scene_rows};
+use crate::contest::{Asked, Plan};
 use drover_config::Escape;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -11,8 +12,8 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/swarms")
 }
 
-fn plan(quick: bool) -> Plan {
-    DeployPlan::within(&folder(), None, None, quick).unwrap()
+fn plan(quick: bool) -> DeployPlan {
+    DeployPlan(Plan::within(&folder(), &USUAL, Asked { quick, ..Asked::default() }).unwrap())
 }
 
 #[test]
@@ -27,10 +28,10 @@ fn no_two_rows_have_the_same_name() {
 #[test]
 fn the_overrides_of_every_row_load_on_every_scene() {
     let plan = plan(false);
-    assert_eq!((plan.scenes.len(), plan.runs()), (6, 6 * 28 * 20));
-    let pockets = plan.scenes.iter().find(|scene| scene.name() == "deploy_pockets").unwrap().load(&[], 0).unwrap();
+    assert_eq!((plan.0.scenes.len(), plan.runs()), (6, 6 * 28 * 20));
+    let pockets = plan.0.named("deploy_pockets").unwrap().load(&[], 0).unwrap();
     assert_eq!(deploys(&pockets).unwrap().escape, Escape::None, "one row alone knows the map");
-    for scene in &plan.scenes {
+    for scene in &plan.0.scenes {
         let shipped = scene.load(&[], 0).unwrap();
         for row in rows::of(false) {
             let Contender::Ours(set) = row.contender else { continue };
@@ -44,7 +45,8 @@ fn the_overrides_of_every_row_load_on_every_scene() {
 
 #[test]
 fn a_missing_file_is_named_with_what_to_do() {
-    let error = DeployPlan::within(Path::new("nowhere"), None, None, true).unwrap_err().to_string();
+    let asked = Asked { quick: true, ..Asked::default() };
+    let error = Plan::within(Path::new("nowhere"), &USUAL, asked).unwrap_err().to_string();
     assert!(error.contains("nowhere/deploy_exp1.toml") && error.contains("--swarm"), "{error}");
 }
 
@@ -52,7 +54,7 @@ fn a_missing_file_is_named_with_what_to_do() {
 fn a_small_run_gives_finite_numbers_the_same_on_one_thread() {
     let plan = plan(true);
     let rows = rows::of(true);
-    let all = || scene_rows(&plan, &rows, &|| {}).unwrap();
+    let all = || scene_rows(&plan.0, &rows, &|| {}).unwrap();
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let scenes = all();
     assert_eq!(scenes, alone.install(all));

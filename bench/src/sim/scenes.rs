@@ -1,10 +1,11 @@
 //! The swarms that `drover bench sim` runs: the peers' robots at the peers' densities, and flocks without number.
 
-use drover_config::{BeaconPlane, Robot};
 use drover_config::{
-    Behaviour, Body, Circle, Diffuse, Drive, Flock, Kind, Lidar, LidarLink, Links, Motion, Mount, Polygon, Radio,
-    RobotFile, Sim, SimMotion, Start, Swarm, Timeouts, World,
+    Avoidance, Behaviour, Body, Circle, Diffuse, Drive, Flock, FlockGuard, FlockMode, Kind, LeaderLoss, LeaderWay,
+    Lidar, LidarLink, Links, Motion, Mount, Party, Polygon, Radio, RobotFile, Sim, SimMotion, Start, Swarm, Timeouts,
+    WallFollowing, World,
 };
+use drover_config::{BeaconPlane, Robot};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use std::f64::consts::TAU;
@@ -106,11 +107,13 @@ fn in_flock(index: u32, count: u32) -> Start {
 
 fn flock_behind(leader: u32, end_m: [f64; 2]) -> Flock {
     Flock {
-        leader,
-        waypoints_m: vec![end_m],
+        mode: FlockMode::Safe,
+        parties: vec![Party::of_all(leader, vec![end_m])],
         leader_speed_mps: 0.6,
         waypoint_radius_m: 0.5,
         arrive_radius_m: 8.0,
+        speed_mps: 10.0,
+        turn_radps: 10.0,
         spacing_m: 1.8,
         gain: 1.0,
         obstacle_range_m: 1.2,
@@ -118,6 +121,25 @@ fn flock_behind(leader: u32, end_m: [f64; 2]) -> Flock {
         damping_per_s: 1.5,
         mass_kg: 1.0,
         inertia_kgm2: 0.04,
+        wall_speed_mps: 0.6,
+        wall_turn_radps: 10.0,
+        wall_distance_m: 0.8,
+        avoid_m: 1.4,
+        deadlock_mps: 0.05,
+        deadlock_s: 1.0,
+        period_s: 0.01,
+        reverse: false,
+        laser_rad: TAU,
+        walls: WallFollowing::Pledge,
+        side_latch: true,
+        right_of_way: true,
+        lose_nobody: false,
+        leader_way: LeaderWay::Pursuit,
+        guard: FlockGuard::Collision,
+        avoidance: Avoidance::Voronoi,
+        link_range_m: 0.0,
+        solid: true,
+        leader_loss: LeaderLoss::Stop,
     }
 }
 

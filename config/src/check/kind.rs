@@ -7,6 +7,8 @@ use crate::report::Words;
 use crate::{AgilexModel, BeaconPlane, Body, Drive, Kind, Lidar, LidarLink, Mount};
 use std::collections::BTreeMap;
 
+/// A chassis is told its turn in thousandths, in 16 bits: rad/s.
+const AGILEX_YAW_RATE_RADPS_MAX: f64 = 32.0;
 /// OBSTACLE_DISTANCE carries this many ranges.
 const OBSTACLE_DISTANCE_BEAMS_MAX: u32 = 72;
 /// Proximity carries its distance as a 16-bit float, and a node sends a message a sector: more would fill the bus.
@@ -87,6 +89,12 @@ impl Checker<'_> {
                 "choose another chassis: a Hunter steers like a car",
             );
             self.report.push_path(self.root, &join(prefix, "drive.model"), words);
+        }
+        if kind.motion.yaw_rate_radps_max > AGILEX_YAW_RATE_RADPS_MAX {
+            let expected = format!("at most {AGILEX_YAW_RATE_RADPS_MAX}, which can be said to this chassis");
+            let words = Words::new(kind.motion.yaw_rate_radps_max.to_string(), expected, "lower it");
+            let path = self.deciding(prefix, "motion", "yaw_rate_radps_max");
+            self.report.push_path(self.root, &path, words);
         }
         let Some(chassis_mps) = chassis_speed_mps(model) else { return };
         let limits = [("speed_mps_max", kind.motion.speed_mps_max), ("reverse_mps_max", kind.motion.reverse_mps_max)];

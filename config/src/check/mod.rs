@@ -3,8 +3,10 @@
 pub(crate) mod behaviour;
 pub(crate) mod deploy;
 pub(crate) mod fleet;
+pub(crate) mod flock;
 pub(crate) mod kind;
 pub(crate) mod links;
+pub(crate) mod movers;
 pub(crate) mod place;
 pub(crate) mod robots;
 

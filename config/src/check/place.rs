@@ -16,7 +16,12 @@ impl Checker<'_> {
     /// The shapes of the world whose table is at `prefix`. What comes back are those that are sound: a robot is not
     /// told that it stands outside of a wall that is itself wrong.
     pub(crate) fn world(&mut self, prefix: &str, world: &WorldParts) -> WorldParts {
-        let mut sound = WorldParts { circles: world.circles.clone(), map: world.map.clone(), ..WorldParts::default() };
+        let mut sound = WorldParts {
+            circles: world.circles.clone(),
+            map: world.map.clone(),
+            movers: world.movers.clone(),
+            ..WorldParts::default()
+        };
         let mut enclosed = false;
         // Of too many corners none is looked at: that would take long.
         let few = self.corners(prefix, world);

@@ -1,7 +1,6 @@
 //! Robots: each its own id, a kind that there is, a place of its own.
 
 use super::Checker;
-use crate::Drive;
 use crate::crowd::Crowd;
 use crate::geometry::distance;
 use crate::path::join;
@@ -10,6 +9,7 @@ use crate::read::robot::{RobotFileParts, RobotParts};
 use crate::report::Words;
 use crate::suggest::nearest;
 use crate::walls::Walls;
+use crate::{Drive, Mover};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// MAVLink system ids above are ground stations' by custom.
@@ -75,15 +75,22 @@ impl Checker<'_> {
         wrong
     }
 
-    /// No body starts in a wall or in another body. What comes back are the places that are taken.
+    /// No body starts in a wall, in another body or in one of the world's movers. What comes back are the places that
+    /// are taken.
     pub(crate) fn starts(
         &mut self,
         robots: &[RobotParts],
         kinds: &BTreeMap<String, KindParts>,
+        movers: &[(usize, Mover)],
         walls: Option<&Walls<'_>>,
     ) -> Crowd {
         let mut crowd = Crowd::default();
-        let mut paths = Vec::with_capacity(robots.len());
+        let mut paths = Vec::with_capacity(movers.len() + robots.len());
+        for (index, mover) in movers {
+            let Some(start) = mover.waypoints_m.first() else { continue };
+            crowd.add(*start, mover.radius_m);
+            paths.push(format!("world.movers[{index}]"));
+        }
         for robot in robots {
             let Some(start) = robot.start.filter(|_| !self.report.is_full()) else { continue };
             // Of a body that could not be read, the centre at least must be clear.
@@ -99,7 +106,7 @@ impl Checker<'_> {
                 self.report.push_path(self.root, &path, Words::new(found, expected, "move one of the two"));
             }
             crowd.add(point, radius_m);
-            paths.push(robot.path.as_str());
+            paths.push(robot.path.clone());
         }
         crowd
     }

@@ -1,5 +1,6 @@
 //! Reads what a swarm that deploys is to do.
 
+use super::by_mode::{among, number, truth};
 use crate::reader::{COORDINATE_M_MAX, Table};
 use crate::report::Words;
 use crate::{Assignment, Deploy, DeployGuard, DeployMode, DeploySteer, Escape, Exchange, Forces, KeptLinks, Rotation};
@@ -77,41 +78,39 @@ fn method(table: &mut Table<'_>, mode: DeployMode) -> Option<Method> {
     let literal = mode == DeployMode::Literal;
     // The paper's assumption.
     const EXCHANGES: [(&str, Exchange); 2] = [("snapshot", Exchange::Snapshot), ("beacons", Exchange::Beacons)];
-    let exchange = among(table, mode, "exchange", EXCHANGES, 0);
+    let exchange = among(table, literal, "exchange", EXCHANGES, 0);
     // A ring around an obstacle has no triangle: only minimum spanning trees open it.
     const LINKS: [(&str, KeptLinks); 3] = [("lmst", KeptLinks::Lmst), ("rng", KeptLinks::Rng), ("all", KeptLinks::All)];
-    let links = among(table, mode, "links", LINKS, 1);
+    let links = among(table, literal, "links", LINKS, 1);
     // A ring around large obstacles is longer than any few hops; all of a network can be told through it. The paper's
     // robots know their neighbours alone.
     let hops = table.optional_integer("hops", 0..=HOPS_MAX, "0 (literal: 1)");
     let hops = hops.and_then(|hops| u32::try_from(hops.unwrap_or(u64::from(literal))).ok());
     // Between 0.3 and 1 it makes no great difference; 0 are the plain lengths of the paper.
-    let goalward = table.derived_number("goalward", 0.0..=100.0, "0.6 (literal: 0)");
-    let goalward = goalward.map(|goalward| goalward.unwrap_or(if literal { 0.0 } else { 0.6 }));
+    let goalward = number(table, literal, "goalward", 0.0..=100.0, (0.6, 0.0));
     // Robots that keep some of their order on the way have less to sort out at its end.
-    let spread = table.derived_number("spread", 0.0..=1.0, "0.5 (literal: 0)");
-    let spread = spread.map(|spread| spread.unwrap_or(if literal { 0.0 } else { 0.5 }));
+    let spread = number(table, literal, "spread", 0.0..=1.0, (0.5, 0.0));
     // Shorter ways, and a quarter less time in the open. The paper gives each robot its target beforehand.
     const ASSIGNMENTS: [(&str, Assignment); 2] = [("hungarian", Assignment::Hungarian), ("given", Assignment::Given)];
-    let assignment = among(table, mode, "assignment", ASSIGNMENTS, 1);
+    let assignment = among(table, literal, "assignment", ASSIGNMENTS, 1);
     // The paper's robots turn in place.
     const ROTATIONS: [(&str, Rotation); 2] = [("independent", Rotation::Independent), ("coupled", Rotation::Coupled)];
-    let rotation = among(table, mode, "rotation", ROTATIONS, 0);
+    let rotation = among(table, literal, "rotation", ROTATIONS, 0);
     // The paper's method; the sum is what it compares itself with.
-    let forces = among(table, mode, "forces", [("sslp", Forces::Sslp), ("sum", Forces::Sum)], 0);
+    let forces = among(table, literal, "forces", [("sslp", Forces::Sslp), ("sum", Forces::Sum)], 0);
     // All that keeps theorems 2 and 3 true. The paper holds nothing back.
     const GUARDS: [(&str, DeployGuard); 3] =
         [("full", DeployGuard::Full), ("collision", DeployGuard::Collision), ("none", DeployGuard::None)];
-    let guard = among(table, mode, "guard", GUARDS, 2);
+    let guard = among(table, literal, "guard", GUARDS, 2);
     // The nearest allowed point sticks to the faces of obstacles.
     const STEERS: [(&str, DeploySteer); 2] = [("heading", DeploySteer::Heading), ("project", DeploySteer::Project)];
-    let steer = among(table, mode, "steer", STEERS, 0);
+    let steer = among(table, literal, "steer", STEERS, 0);
     // A chain that hangs over an obstacle comes free only if robots follow each other.
-    let follow = table.derived_bool("follow", !literal, "true (literal: false)");
+    let follow = truth(table, literal, "follow", (true, false));
     // Safe robots can hold each other up.
-    let detours = table.derived_bool("detours", !literal, "true (literal: false)");
+    let detours = truth(table, literal, "detours", (true, false));
     // The other one needs a map that is known.
-    let escape = among(table, mode, "escape", [("none", Escape::None), ("geodesic", Escape::Geodesic)], 0);
+    let escape = among(table, literal, "escape", [("none", Escape::None), ("geodesic", Escape::Geodesic)], 0);
     Some(Method {
         exchange: exchange?,
         links: links?,
@@ -127,24 +126,6 @@ fn method(table: &mut Table<'_>, mode: DeployMode) -> Option<Method> {
         detours: detours?,
         escape: escape?,
     })
-}
-
-/// One of `words`. Not given: the first, or with `mode = "literal"` the one at `literal`.
-fn among<T: Copy, const N: usize>(
-    table: &mut Table<'_>,
-    mode: DeployMode,
-    key: &'static str,
-    words: [(&'static str, T); N],
-    literal: usize,
-) -> Option<T> {
-    let names = words.map(|(word, _)| word);
-    let shown = match literal {
-        0 => format!("{:?}", names[0]),
-        _ => format!("{:?} (literal: {:?})", names[0], names[literal]),
-    };
-    let default = if mode == DeployMode::Literal { literal } else { 0 };
-    let index = table.derived_choice(key, &names, (default, &shown))?;
-    words.get(index).map(|(_, value)| *value)
 }
 
 /// What is done, by numbers.

@@ -49,8 +49,8 @@ pub(crate) fn fleet(table: &mut Table<'_>) -> Option<FleetParts> {
     let region_m = table.optional_region("region_m", "the bounds of the world's enclosure or map");
     let shift_m = table.optional_region("shift_m", "none");
     // Two bodies' widths from centre to centre: a body fits between.
-    let spacing_m = table.derived_number("spacing_m", 0.04..=1_000.0, "four radii");
-    let linked_m = table.derived_number("linked_m", 0.04..=10_000.0, "none");
+    let spacing_m = table.derived_number("spacing_m", 0.01..=1_000.0, "four radii");
+    let linked_m = table.derived_number("linked_m", 0.01..=10_000.0, "none");
     let yaw_rad = table.derived_number("yaw_rad", -TAU..=TAU, "0, or random if the layout is");
     let path = table.path().to_owned();
     Some(FleetParts { path, kind, count, first_id, layout, region_m, shift_m, spacing_m, linked_m, yaw_rad })

@@ -31,11 +31,11 @@ const MARGIN: &str = "margin_m";
 const MOTION_KEYS: [NumberKey; 7] = [
     ("speed_mps_max", 0.01, 10.0),
     ("reverse_mps_max", 0.0, 10.0),
-    ("yaw_rate_radps_max", 0.01, 10.0),
+    ("yaw_rate_radps_max", 0.01, 200.0),
     ("accel_mps2_max", 0.01, 20.0),
     ("brake_mps2", 0.01, 20.0),
-    ("yaw_accel_radps2_max", 0.01, 100.0),
-    (MARGIN, 0.01, 5.0),
+    ("yaw_accel_radps2_max", 0.01, 10_000.0),
+    (MARGIN, 0.001, 5.0),
 ];
 
 /// Keys of `[timeouts]` with least, greatest and default value, in the order of [`timeouts_of`].
@@ -114,8 +114,8 @@ fn kind_name(table: &mut Table<'_>, name: Option<&str>) -> Option<String> {
 }
 
 fn body(table: &mut Table<'_>) -> Option<Body> {
-    let radius_m = table.number("radius_m", 0.02..=5.0, None);
-    let track_m = table.number("track_m", 0.02..=5.0, None);
+    let radius_m = table.number("radius_m", 0.005..=5.0, None);
+    let track_m = table.number("track_m", 0.005..=5.0, None);
     let footprint_m = table.optional_points("footprint_m", 3..=FOOTPRINT_CORNERS_MAX);
     Some(Body { radius_m: radius_m?, track_m: track_m?, footprint_m: counter_clockwise(footprint_m?) })
 }
@@ -187,7 +187,7 @@ fn lidar(table: &mut Table<'_>) -> Option<Lidar> {
     let link = table.table("link", lidar_link);
     let beams = table.integer_u32("beams", 8..=3_600, None);
     let range_m_min = table.number("range_m_min", 0.0..=10.0, None);
-    let range_m_max = table.number("range_m_max", 0.1..=600.0, None);
+    let range_m_max = table.number("range_m_max", 0.01..=600.0, None);
     let rate_hz = table.number("rate_hz", 1.0..=50.0, None);
     // All around, as most bridges give it.
     let fov_rad = table.number("fov_rad", 0.01..=TAU, Some(TAU));

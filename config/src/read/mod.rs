@@ -1,8 +1,10 @@
 //! From a tree to values: one file for each part of a configuration.
 
 pub(crate) mod behaviour;
+pub(crate) mod by_mode;
 pub(crate) mod deploy;
 pub(crate) mod fleet;
+pub(crate) mod flock;
 pub(crate) mod generate;
 pub(crate) mod kind;
 pub(crate) mod plane;

@@ -79,7 +79,7 @@ fn propagation(table: &mut Table<'_>) -> Option<Propagation> {
 }
 
 fn airtime(table: &mut Table<'_>) -> Option<Airtime> {
-    // A 71-byte broadcast at 1 Mbit/s with its preamble.
+    // A 75-byte broadcast at 1 Mbit/s with its preamble.
     let message_ms = table.number("message_ms", 0.001..=1_000.0, Some(1.0));
     // One period of the beacons: after that the next one is better.
     let wait_ms_max = table.number("wait_ms_max", 0.0..=10_000.0, Some(100.0));

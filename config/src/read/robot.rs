@@ -164,7 +164,7 @@ pub(crate) fn robot_file(table: &mut Table<'_>) -> Option<RobotFileParts> {
     let beacon = table.section("beacon", plane::beacon);
     let peers = table.tables("peers", ROBOTS_MAX, |table| {
         let id = table.integer_u32("id", 1..=u32::MAX, None);
-        let radius_m = table.number("radius_m", 0.02..=5.0, None);
+        let radius_m = table.number("radius_m", 0.005..=5.0, None);
         Some(Peer { id: id?, radius_m: radius_m? })
     });
     let record_dir = table.optional_text("record_dir", &FOLDER);

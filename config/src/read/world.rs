@@ -3,7 +3,7 @@
 use super::generate;
 use crate::map;
 use crate::reader::{NAME, Table};
-use crate::{Circle, GridMap, Polygon, Polyline, World};
+use crate::{Circle, GridMap, Mover, Polygon, Polyline, World};
 use std::sync::Arc;
 
 /// Most corners of one polygon: as many as a world may have. A maze is one outline.
@@ -12,6 +12,10 @@ const OUTLINE_CORNERS_MAX: usize = 20_000;
 const CORNERS_MAX: usize = 1_000;
 /// Most polygons, most circles, most polylines.
 const SHAPES_MAX: usize = 10_000;
+/// Most movers: every lidar and every body looks at each of them.
+const MOVERS_MAX: usize = 100;
+/// Most waypoints of one mover.
+const WAYPOINTS_MAX: usize = 1_000;
 
 /// Where the indices of generated polygons begin: those in a file end before.
 const GENERATED: usize = SHAPES_MAX;
@@ -37,6 +41,7 @@ pub(crate) struct WorldParts {
     pub(crate) circles: Vec<(usize, Circle)>,
     pub(crate) polylines: Vec<(usize, Polyline)>,
     pub(crate) map: Option<Arc<GridMap>>,
+    pub(crate) movers: Vec<(usize, Mover)>,
 }
 
 impl WorldParts {
@@ -48,6 +53,7 @@ impl WorldParts {
             circles: self.circles.iter().map(|(_, circle)| *circle).collect(),
             polylines: self.polylines.iter().map(|(_, polyline)| polyline.clone()).collect(),
             map: self.map.clone(),
+            movers: self.movers.iter().map(|(_, mover)| mover.clone()).collect(),
         })
     }
 }
@@ -69,6 +75,7 @@ pub(crate) fn world(table: &mut Table<'_>, seed: u64) -> Option<WorldParts> {
         let points_m = table.points("points_m", 2..=CORNERS_MAX);
         Some(Polyline { points_m: points_m? })
     });
+    let movers = table.tables("movers", MOVERS_MAX, mover);
     let map = table.optional_file_table("map", map::read).flatten();
     let generated = table.optional_table("generate", |table| generate::outlines(table, seed)).flatten();
     let generated = (GENERATED..).zip(generated.unwrap_or_default());
@@ -78,5 +85,14 @@ pub(crate) fn world(table: &mut Table<'_>, seed: u64) -> Option<WorldParts> {
         circles: circles.unwrap_or_default(),
         polylines: polylines.unwrap_or_default(),
         map: map.map(Arc::new),
+        movers: movers.unwrap_or_default(),
     })
+}
+
+fn mover(table: &mut Table<'_>) -> Option<Mover> {
+    let radius_m = table.number("radius_m", 0.005..=50.0, None);
+    let waypoints_m = table.points("waypoints_m", 2..=WAYPOINTS_MAX);
+    let speed_mps = table.number("speed_mps", 0.001..=20.0, None);
+    let loops = table.bool("loop", Some(false));
+    Some(Mover { radius_m: radius_m?, waypoints_m: waypoints_m?, speed_mps: speed_mps?, loops: loops? })
 }

@@ -223,6 +223,14 @@ fn parts_of_a_kind_that_do_not_go_together_are_refused() {
         ),
         (
             SCOUT,
+            "yaw_rate_radps_max = 1.5",
+            "yaw_rate_radps_max = 33",
+            "kinds.scout_mini.motion.yaw_rate_radps_max",
+            Some(21),
+            ["33", "at most 32, which can be said", "lower it"],
+        ),
+        (
+            SCOUT,
             "range_m_min = 0.2",
             "range_m_min = 0.7",
             "kinds.scout_mini.lidar.range_m_min",

@@ -65,6 +65,66 @@ fn thin_walls_that_cannot_be_are_refused() {
 }
 
 #[test]
+fn movers_that_cannot_be_are_refused() {
+    const KEY: &str = "world.movers[0].waypoints_m";
+    const ADVICE: &str = "move the waypoints";
+    let free = "more than 0.4 m of free floor";
+    let rows: [(&str, String, [&str; 3]); 11] = [
+        ("[[10, 5]], speed_mps = 1", KEY.into(), ["a list of 1", "2..=1000 points", "add points"]),
+        ("[[10, 5], [10, 5]], speed_mps = 1", KEY.into(), ["waypoints 0 and 1", "another place", "leave one"]),
+        (
+            "[[10, 5], [10, 7], [10, 5]], speed_mps = 1, loop = true",
+            KEY.into(),
+            ["waypoints 2 and 0", "another place", "leave one"],
+        ),
+        ("[[10, 5], [10, 7]]", "world.movers[0].speed_mps".into(), ["nothing", "0.001..=20", "add"]),
+        ("[[10, 5], [10, 7]], speed_mps = 0", "world.movers[0].speed_mps".into(), ["0", "0.001..=20", "range"]),
+        ("[[10, 5], [10, 7]], speed_mps = 1, lop = true", "world.movers[0].lop".into(), ["unknown key", "", "'loop'"]),
+        ("[[10, 5], [10, 13.7]], speed_mps = 1", format!("{KEY}[0]"), ["0 to 1, 0.3", free, ADVICE]),
+        ("[[10, 5], [16, 6.4], [21, 6.4]], speed_mps = 1", format!("{KEY}[1]"), ["polygons[3]", free, ADVICE]),
+        (
+            "[[16, 6.4], [18.5, 8.5], [21, 6.4]], loop = true, speed_mps = 1",
+            format!("{KEY}[2]"),
+            ["waypoint 2 to 0", free, ADVICE],
+        ),
+        ("[[-5, 1], [-5, 2]], speed_mps = 1", format!("{KEY}[0]"), ["outside of the enclosure", free, ADVICE]),
+        (
+            "[[4.6, 6.5], [4.6, 8]], speed_mps = 1",
+            "robot[0].start".into(),
+            ["0.500 m from world.movers[0]", "at least 0.700 m", "move one"],
+        ),
+    ];
+    for (mover, key, words) in rows {
+        check(&[(&format!("world.movers=[{{ radius_m = 0.4, waypoints_m = {mover} }}]"), &key, words)]);
+    }
+}
+
+#[test]
+fn a_mover_along_a_wall_for_kilometres_is_refused_before_long() {
+    let hall = "world.polygons=[{ enclosure = true, points_m = [[0, 0], [9000, 0], [9000, 14], [0, 14]] }]";
+    let mover = "world.movers=[{ radius_m = 0.4, waypoints_m = [[1, 0.4015], [8000, 0.4015]], speed_mps = 1 }]";
+    let problem = refused(&["world.circles=[]", hall, mover]);
+    assert!(problem.found.contains("too long to be looked at"), "{problem}");
+}
+
+#[test]
+fn movers_that_can_be_are_read_and_written_and_fleets_start_beside_them() {
+    let mover = "{ radius_m = 0.4, waypoints_m = [[9.7, 1.6], [9.7, 13], [11, 13]], speed_mps = 0.5 }";
+    let looped = "{ radius_m = 1, waypoints_m = [[20, 2], [20, 4], [21.5, 4]], speed_mps = 1, loop = true }";
+    // Of the four places that the region has, the mover starts in the first.
+    let fleet = "fleet=[{ kind = \"scout_mini\", count = 3, first_id = 10, region_m = [[9, 1], [12, 4]] }]";
+    let sets = [&format!("world.movers=[{mover}, {looped}]"), fleet];
+    let sets = sets.map(|set| Override::parse(set).expect("a key and a value"));
+    let swarm = load_swarm(&good("swarms/first.toml"), &sets).unwrap_or_else(|problems| panic!("{problems}"));
+    let [first, second] = swarm.world.movers.as_slice() else { panic!("two movers") };
+    assert_eq!(first.round_m(), [[9.7, 1.6], [9.7, 13.0], [11.0, 13.0], [9.7, 13.0]]);
+    assert_eq!((second.round_m(), second.loops), (second.waypoints_m.clone(), true));
+    let away_m = |robot: &crate::Robot| libm::hypot(robot.start.x_m - 9.7, robot.start.y_m - 1.6);
+    assert!(swarm.robots.len() == 8 && swarm.robots.iter().all(|robot| away_m(robot) >= 0.4 + 0.42));
+    assert_eq!(load_swarm_text(&swarm.to_toml()), swarm);
+}
+
+#[test]
 fn starts_in_solid_cells_and_off_the_map_are_refused() {
     let set = |text: &str| Override::parse(text).expect("a key and a value");
     let kind = "fleet=[]";

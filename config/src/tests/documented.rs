@@ -1,13 +1,14 @@
 //! docs/configuration.md and the reader must agree: every key, its range and its default.
 
 use super::shipped;
-use crate::report::{KeyDoc, Report};
+use crate::report::Report;
 use crate::{Override, include, load};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// Keys by section of the page.
-type Keys = BTreeMap<(&'static str, String), KeyDoc>;
+/// What is said of keys ("allowed | default"), by section of the page. Behaviours may share a key and differ in that:
+/// then it has a row for each of them.
+type Keys = BTreeMap<(String, String), BTreeSet<String>>;
 
 const KIND: &str = "Robot kind";
 const WORLD: &str = "World";
@@ -18,30 +19,26 @@ const ROBOT_FILE: &str = "Robot file";
 fn every_key_that_is_read_is_documented_with_its_range_and_default() {
     let rows = documented();
     let mut wrong = Vec::new();
-    for ((section, key), doc) in accepted() {
-        let default = doc.default.unwrap_or_else(|| "required".to_owned());
-        let expected = format!("{} | {default}", doc.allowed);
-        match rows.get(&(section.to_owned(), key.clone())) {
-            Some(found) if *found == expected => {}
-            Some(found) => wrong.push(format!("{section}: `{key}` says '{found}', not '{expected}'")),
-            None => wrong.push(format!("{section}: | `{key}` | {expected} | is missing")),
-        }
+    for ((section, key), expected) in accepted() {
+        let found = rows.get(&(section.clone(), key.clone())).cloned().unwrap_or_default();
+        let missing = expected.difference(&found).map(|row| format!("{section}: | `{key}` | {row} | is missing"));
+        let stale = found.difference(&expected).map(|row| format!("{section}: `{key}` says '{row}'"));
+        wrong.extend(stale.chain(missing));
     }
     assert!(wrong.is_empty(), "docs/configuration.md:\n{}", wrong.join("\n"));
 }
 
 #[test]
 fn every_documented_key_is_read() {
-    let known: BTreeSet<(String, String)> =
-        accepted().into_keys().map(|(section, key)| (section.to_owned(), key)).collect();
-    let stale: Vec<_> = documented().into_keys().filter(|row| !known.contains(row)).collect();
+    let known = accepted();
+    let stale: Vec<_> = documented().into_keys().filter(|row| !known.contains_key(row)).collect();
     assert!(stale.is_empty(), "docs/configuration.md has rows that nobody reads: {stale:?}");
 }
 
-/// Section and key -> "allowed | default", from the page's tables.
-fn documented() -> BTreeMap<(String, String), String> {
+/// What the page's tables say.
+fn documented() -> Keys {
     let page = std::fs::read_to_string(shipped("../docs/configuration.md")).expect("the page is part of the project");
-    let mut rows = BTreeMap::new();
+    let mut rows = Keys::new();
     let mut section = String::new();
     for line in page.lines() {
         if let Some(title) = line.strip_prefix("## ") {
@@ -51,7 +48,7 @@ fn documented() -> BTreeMap<(String, String), String> {
         if let [key, allowed, default, _meaning] = cells.as_slice()
             && let Some(key) = key.strip_prefix('`').and_then(|key| key.strip_suffix('`'))
         {
-            rows.insert((section.clone(), key.to_owned()), format!("{allowed} | {default}"));
+            rows.entry((section.clone(), key.to_owned())).or_default().insert(format!("{allowed} | {default}"));
         }
     }
     rows
@@ -81,24 +78,32 @@ fn accepted() -> Keys {
     let swarm = read(&mut report, &path, &[], load::read_swarm).expect("shipped");
     let tighter = ["motion.margin_m=0.5", "timeouts.scan_ms=250"].map(|set| Override::parse(set).expect("a key"));
     assert!(read(&mut report, &path, &tighter, load::read_swarm).is_some());
-    // Whatever may be left out altogether, and the other behaviour.
+    // Whatever may be left out altogether.
     let more = [
         "fleet=[{ kind = \"scout_mini\", count = 1, first_id = 6 }]",
         "radio.burst={ enter_per_s = 1, leave_per_s = 1 }",
         "radio.propagation={ half_range_m = 50 }",
         "radio.airtime={}",
         "radio.partitions=[{ from_s = 1, until_s = 2, ids = [1] }]",
-        "behaviour={ kind = \"diffuse\" }",
+        "behaviour={ kind = \"flock\", party = [{ leader = 1, first_id = 1, last_id = 6, waypoints_m = [[20, 9]] }] }",
     ];
     let more = more.map(|set| Override::parse(set).expect("a key"));
     assert!(read(&mut report, &path, &more, load::read_swarm).is_some());
-    // Another report: keys that two behaviours share stand on the page once.
+    // Other reports: of a key that two behaviours share, one report holds one of them.
+    let mut diffuse = Report::default();
+    let behaviour = Override::parse("behaviour={ kind = \"diffuse\" }").expect("a key");
+    assert!(read(&mut diffuse, &path, &[behaviour], load::read_swarm).is_some());
+    keep(&mut keys, SWARM, &diffuse, &["kinds.NAME.", "world."]);
     let mut deploy = Report::default();
     assert!(read(&mut deploy, &shipped("swarms/deploy_exp1.toml"), &[], load::read_swarm).is_some());
     keep(&mut keys, SWARM, &deploy, &["kinds.NAME.", "world."]);
     let mut world = Report::default();
-    let room = Override::parse("polylines=[{ points_m = [[1, 1], [2, 1]] }]").expect("a key");
-    assert!(read(&mut world, &shipped("worlds/room.toml"), &[room], load::read_world).is_some());
+    let room = [
+        "polylines=[{ points_m = [[1, 1], [2, 1]] }]",
+        "movers=[{ radius_m = 0.4, waypoints_m = [[10, 5], [10, 9]], speed_mps = 0.5 }]",
+    ];
+    let room = room.map(|set| Override::parse(set).expect("a key"));
+    assert!(read(&mut world, &shipped("worlds/room.toml"), &room, load::read_world).is_some());
     keep(&mut keys, WORLD, &world, &[]);
     keep(&mut keys, SWARM, &report, &["kinds.NAME.", "world."]);
     keep_robot_file(&mut keys, &swarm);
@@ -125,7 +130,9 @@ fn keep(keys: &mut Keys, section: &'static str, report: &Report, elsewhere: &[&s
     for (shape, doc) in report.accepted() {
         let is_file = shape == "kinds.NAME.file" || shape == "world.file";
         if is_file || !elsewhere.iter().any(|prefix| shape.starts_with(prefix)) {
-            keys.insert((section, shape.clone()), doc.clone());
+            let default = doc.default.clone().unwrap_or_else(|| "required".to_owned());
+            let said = keys.entry((section.to_owned(), shape.clone())).or_default();
+            said.insert(format!("{} | {default}", doc.allowed));
         }
     }
 }

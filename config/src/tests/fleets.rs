@@ -144,7 +144,7 @@ fn fleets_that_cannot_be_are_refused_with_words() {
         ("count = 0", "fleet[0].count", "0", "1..=100000", "in that range"),
         ("count = 20000", "fleet[0].count", "20000, of which 3", "1.68 m to each other", "lower count or spacing_m"),
         ("count = 9\nspacing_m = 0.5", "fleet[0].spacing_m", "0.5", "at least two radii, 0.84", "touch"),
-        ("count = 9\nspacing_m = nan", "fleet[0].spacing_m", "nan", "0.04..=1000", "finite"),
+        ("count = 9\nspacing_m = nan", "fleet[0].spacing_m", "nan", "0.01..=1000", "finite"),
         ("count = 9\nregion_m = [[0, 0], [0, 1]]", "fleet[0].region_m", "[[0, 0], [0, 1]]", "min below", "swap"),
         ("count = 9\nregion_m = [[0, 0], [inf, 1]]", "fleet[0].region_m[1]", "[inf, 1]", "a point", "finite"),
         ("count = 9\nregion_m = 3", "fleet[0].region_m", "3", "two points", "corner"),

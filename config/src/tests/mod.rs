@@ -5,6 +5,7 @@ mod bad_places;
 mod deploy;
 mod documented;
 mod fleets;
+mod flock;
 mod generated;
 mod hostile;
 mod maps;

@@ -39,7 +39,7 @@ fn any_key_of_any_file_can_be_set() {
     assert_eq!(scout.lidar.link, LidarLink::Dronecan { node: 42, silent_is_clear: true });
     assert!((swarm.world.circles[0].radius_m - 0.5).abs() < 1e-12);
     let Behaviour::Flock(flock) = &swarm.behaviour else { panic!("a flock") };
-    assert_eq!(flock.waypoints_m.last(), Some(&[20.0, 9.0]));
+    assert_eq!(flock.parties[0].waypoints_m.last(), Some(&[20.0, 9.0]));
 }
 
 #[test]

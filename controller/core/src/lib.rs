@@ -22,7 +22,7 @@ mod supervisor;
 #[cfg(test)]
 mod testing;
 
-pub use law::{Diffusion, deploy};
+pub use law::{Diffusion, deploy, flock};
 pub use node::{Node, Workspace};
 pub use peers::Roster;
 pub use status::{Counters, HeardPeer, Status};

@@ -221,7 +221,6 @@ impl Node {
         if self.law.asks_for_peers() {
             scene.neighbours.extend(self.peers.followable(now));
         }
-        let wall_b = scene.matches.nearest_wall(&scene.seen, self.law.reference_b());
         scene.unseen_b.clear();
         if self.law.minds_unseen() {
             let places = scene.bodies.iter().zip(&scene.matches.bodies);
@@ -236,7 +235,6 @@ impl Node {
             dt_s: beat.dt_s,
             motion,
             neighbours: &scene.neighbours,
-            wall_b,
             walls_b: &scene.walls_b,
             points_b: &scene.seen.points_b,
             unseen_b: &scene.unseen_b,
@@ -274,6 +272,9 @@ impl Node {
         status.scan_age = ages.scan;
         status.odometry_age = ages.odometry;
         status.progress = self.law.progress();
+        status.leader = self.law.leader();
+        status.gives_way_to = self.law.gives_way_to();
+        status.counters.wall_entries = u64::from(self.law.wall_entries());
         status.target_w = self.law.target_w();
         status.path_m = self.estimate.travelled_m();
         status.peers_heard = self.peers.heard(now);
@@ -307,6 +308,7 @@ impl Node {
             radius_m: self.radius_m,
             state: self.status.state,
             progress: self.status.progress,
+            leader: self.law.leader(),
         })
     }
 

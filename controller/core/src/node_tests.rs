@@ -1,6 +1,6 @@
 use super::*;
 use crate::testing::{Noise, Place, SimSwarm, beacon, flock_config, robot_file};
-use drover_config::Flock;
+use drover_config::{Flock, Party};
 use drover_contract::{Beam, Odometry, Vec2, Watchdog};
 use drover_contract::{DriveState, Scan};
 
@@ -150,6 +150,7 @@ fn beacons_come_at_their_rate_with_growing_numbers_and_are_not_made_up_for() {
     let mut node = node(1);
     let first = node.poll_beacon(START).unwrap();
     assert_eq!((first.robot, first.epoch, first.seq, first.state), (RobotId(1), 7, 1, BehaviourState::Waiting));
+    assert_eq!(first.leader, Some(RobotId(1)), "it leads");
     assert_eq!(node.poll_beacon(START + Duration::from_millis(99)), None);
     assert_eq!(node.poll_beacon(START + Duration::from_millis(100)).unwrap().seq, 2);
     let late = START + Duration::from_secs(5);
@@ -178,7 +179,8 @@ fn two_robots_head_on_never_touch_with_beacons_200_ms_old() {
     for silent in [false, true] {
         let starts = [Pose::new(-5.0, 0.0, 0.0), Pose::new(5.0, 0.05, std::f64::consts::PI)];
         let mut swarm = SimSwarm::new(&starts, &flock_config(vec![[20.0, 0.0]]), Place::default());
-        let back = Flock { leader: 2, ..flock_config(vec![[-20.0, 0.0]]) };
+        let parties = vec![Party::of_all(2, vec![[-20.0, 0.0]])];
+        let back = Flock { parties, ..flock_config(Vec::new()) };
         swarm.nodes[1] = Node::new(&robot_file(2, 2, starts[1], &back), 1, swarm.now);
         swarm.beacon_ms = 200;
         swarm.silent = vec![silent; 2];

@@ -44,6 +44,10 @@ pub(crate) struct Neighbour {
     /// Along its heading, m/s^2.
     pub(crate) accel_mps2: f64,
     pub(crate) state: BehaviourState,
+    /// Whose lead it follows: itself if it leads.
+    pub(crate) leader: Option<RobotId>,
+    /// Of its body, metres.
+    pub(crate) radius_m: f64,
 }
 
 /// A peer's body, for collision.
@@ -268,8 +272,8 @@ impl Record {
     }
 
     fn neighbour(&self, pose_wb: Pose) -> Neighbour {
-        let Beacon { robot: id, twist_b, accel_mps2, state, .. } = self.beacon;
-        Neighbour { id, pose_wb, twist_b, accel_mps2, state }
+        let Beacon { robot: id, twist_b, accel_mps2, state, leader, .. } = self.beacon;
+        Neighbour { id, pose_wb, twist_b, accel_mps2, state, leader, radius_m: self.radius_m }
     }
 }
 

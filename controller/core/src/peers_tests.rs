@@ -26,9 +26,11 @@ fn ms(at: u64) -> Stamp {
 fn a_fresh_peer_is_followed_and_carried_forward_and_an_aged_one_is_not() {
     let mut peers = peers();
     let twist_b = Twist::new(1.0, 0.0);
-    peers.handle_beacon(ms(1_000), &Beacon { twist_b, pose_wb: Pose::new(4.0, 0.0, 0.0), ..beacon(2, 1) });
+    let leader = Some(RobotId(3));
+    peers.handle_beacon(ms(1_000), &Beacon { twist_b, pose_wb: Pose::new(4.0, 0.0, 0.0), leader, ..beacon(2, 1) });
     let seen = followable(&peers, ms(1_200));
     assert_eq!(seen.len(), 1);
+    assert_eq!(seen[0].leader, leader);
     assert!((seen[0].pose_wb.x_m - 4.2).abs() < 1e-9);
     assert_eq!(followable(&peers, ms(1_501)), vec![]);
     assert_eq!(peers.heard(ms(1_501)), 0);

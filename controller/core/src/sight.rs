@@ -244,15 +244,10 @@ impl Matches {
         nearest_b
     }
 
-    /// The hits that are not peers', in the body frame of now.
+    /// The hits that are not peers', in the body frame of now: what laws take for walls.
     pub(crate) fn walls<'a>(&'a self, seen: &'a Surroundings) -> impl Iterator<Item = Vec2> + 'a {
         let hits = seen.points_b.iter().zip(&self.on_body);
         hits.filter(|(_, on_body)| !**on_body).map(|(point_b, _)| *point_b)
-    }
-
-    /// The nearest hit that is not a peer's, in the body frame of now: what laws take for walls.
-    pub(crate) fn nearest_wall(&self, seen: &Surroundings, from_b: Vec2) -> Option<Vec2> {
-        self.walls(seen).min_by(|a, b| (a - from_b).norm_squared().total_cmp(&(b - from_b).norm_squared()))
     }
 }
 
@@ -291,7 +286,7 @@ mod tests {
         seen.look(&scan(hits), &Isometry2::identity(), motion, Stamp::ZERO);
         let mut matches = Matches::default();
         matches.find(&seen, motion, bodies);
-        matches.nearest_wall(&seen, Vec2::zeros())
+        matches.walls(&seen).min_by(|a, b| a.norm().total_cmp(&b.norm()))
     }
 
     #[test]

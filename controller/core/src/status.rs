@@ -36,6 +36,10 @@ pub struct Status {
     pub scan_age: Option<Duration>,
     /// Age of the newest odometry.
     pub odometry_age: Option<Duration>,
+    /// Whose lead it follows, itself if it leads; nobody's for a law without leaders, or while it follows a wall.
+    pub leader: Option<RobotId>,
+    /// To whom it gives way, standing aside on purpose.
+    pub gives_way_to: Option<RobotId>,
     /// Share of the task that is done, 0..=1.
     pub progress: f64,
     /// Whether the task is done.
@@ -71,6 +75,8 @@ impl Status {
             nearest_m: None,
             scan_age: None,
             odometry_age: None,
+            leader: None,
+            gives_way_to: None,
             progress: 0.0,
             reached: false,
             path_m: 0.0,
@@ -104,6 +110,8 @@ pub struct Counters {
     pub stops: u64,
     /// Commands that the supervisor changed, by the reason's label.
     pub changed: BTreeMap<&'static str, u64>,
+    /// How often it has begun to follow a wall.
+    pub wall_entries: u64,
     /// Beacons taken.
     pub beacons_taken: u64,
     /// Beacons dropped: older than what is held.

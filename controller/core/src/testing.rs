@@ -2,9 +2,10 @@
 
 use crate::{Node, StopReason};
 use drover_config::{
-    AgilexModel, Assignment, BeaconPlane, Behaviour, Body, Deploy, DeployGuard, DeployMode, DeploySteer, Drive, Escape,
-    Exchange, Flock, Forces, KeptLinks, Kind, Lidar, LidarLink, Links, Motion, Mount, Peer, Robot, RobotFile, Rotation,
-    Sim, SimMotion, Start, Timeouts,
+    AgilexModel, Assignment, Avoidance, BeaconPlane, Behaviour, Body, Deploy, DeployGuard, DeployMode, DeploySteer,
+    Drive, Escape, Exchange, Flock, FlockGuard, FlockMode, Forces, KeptLinks, Kind, LeaderLoss, LeaderWay, Lidar,
+    LidarLink, Links, Motion, Mount, Party, Peer, Robot, RobotFile, Rotation, Sim, SimMotion, Start, Timeouts,
+    WallFollowing,
 };
 use drover_contract::{
     Beacon, Beam, BehaviourState, DriveState, Event, Limits, Odometry, Pose, RobotId, Scan, Stamp, Twist, Vec2,
@@ -41,16 +42,19 @@ pub(crate) fn beacon(id: u32, seq: u32) -> Beacon {
         radius_m: 0.4,
         state: BehaviourState::Active,
         progress: 0.0,
+        leader: None,
     }
 }
 
 pub(crate) fn flock_config(waypoints_m: Vec<[f64; 2]>) -> Flock {
     Flock {
-        leader: 1,
-        waypoints_m,
+        mode: FlockMode::Safe,
+        parties: vec![Party::of_all(1, waypoints_m)],
         leader_speed_mps: 0.8,
         waypoint_radius_m: 0.5,
         arrive_radius_m: 4.5,
+        speed_mps: 10.0,
+        turn_radps: 10.0,
         spacing_m: 1.8,
         gain: 1.0,
         obstacle_range_m: 1.0,
@@ -58,6 +62,25 @@ pub(crate) fn flock_config(waypoints_m: Vec<[f64; 2]>) -> Flock {
         damping_per_s: 1.5,
         mass_kg: 1.0,
         inertia_kgm2: 0.04,
+        wall_speed_mps: 0.6,
+        wall_turn_radps: 10.0,
+        wall_distance_m: 0.8,
+        avoid_m: 1.4,
+        deadlock_mps: 0.05,
+        deadlock_s: 1.0,
+        period_s: 0.01,
+        reverse: false,
+        laser_rad: TAU,
+        walls: WallFollowing::Pledge,
+        side_latch: true,
+        right_of_way: true,
+        lose_nobody: false,
+        leader_way: LeaderWay::Pursuit,
+        guard: FlockGuard::Collision,
+        avoidance: Avoidance::Voronoi,
+        link_range_m: 0.0,
+        solid: true,
+        leader_loss: LeaderLoss::Stop,
     }
 }
 

@@ -1,10 +1,11 @@
 //! What robots broadcast to each other: DROVER_BEACON, DROVER_LINKS (in `links.rs`) and DROVER_STOP of our own dialect,
 //! `dialect/drover.xml`.
 //!
-//! One MAVLink 2 frame a datagram. DROVER_BEACON carries 59 bytes of state (71 bytes on the wire with header and CRC
+//! One MAVLink 2 frame a datagram. DROVER_BEACON carries 63 bytes of state (75 bytes on the wire with header and CRC
 //! at most) and keeps 64 more for a signature that is not made yet: zeros at a payload's end are not sent, so it costs
-//! nothing. Fields stand in the XML file's order, which is MAVLink's order too (falling size). The swarm's hash keeps
-//! two swarms on one group apart; it is no protection against a hostile sender.
+//! nothing, and neither does a leader where nobody leads. Fields stand in the XML file's order, which is MAVLink's too
+//! (falling size, then extensions as they come). The swarm's hash keeps two swarms on one group apart; it is no
+//! protection against a hostile sender.
 
 use crate::links::{LINKS, LINKS_BYTES_MAX, LINKS_EXTRA_CRC, read_links};
 use crate::mavlink::raw::Raw;
@@ -18,7 +19,7 @@ const BEACON_EXTRA_CRC: u8 = 165;
 const STOP: u32 = 52_001;
 const STOP_EXTRA_CRC: u8 = 223;
 /// With the signature.
-const BEACON_BYTES_MAX: usize = 123;
+const BEACON_BYTES_MAX: usize = 127;
 const STOP_BYTES_MAX: usize = 77;
 const DATAGRAM_BYTES_MAX: usize = 280;
 /// Header's component id: an onboard computer.
@@ -119,6 +120,7 @@ pub fn encode_beacon(swarm: u32, beacon: &Beacon, seq: u8) -> Vec<u8> {
     let progress = (beacon.progress.clamp(0.0, 1.0) * f64::from(u16::MAX)).round() as u16;
     payload.extend_from_slice(&progress.to_le_bytes());
     payload.push(state_to_wire(beacon.state));
+    payload.extend_from_slice(&beacon.leader.map_or(0, |id| id.0).to_le_bytes());
     emitter(beacon.robot, seq).encode_raw(BEACON, BEACON_EXTRA_CRC, &payload)
 }
 
@@ -201,6 +203,7 @@ fn read_beacon(raw: Raw<'_>, system: u8) -> Result<Message, DecodeError> {
     let yaw_rad = within(32, -YAW_RAD_MAX..=YAW_RAD_MAX, "yaw")?;
     let speed_mps = within(36, -RATE_MAX..=RATE_MAX, "speed")?;
     let yaw_rate_radps = within(40, -RATE_MAX..=RATE_MAX, "yaw_rate")?;
+    let leader = raw.u32(59);
     let beacon = Beacon {
         robot,
         epoch: raw.u32(16),
@@ -213,6 +216,7 @@ fn read_beacon(raw: Raw<'_>, system: u8) -> Result<Message, DecodeError> {
         radius_m: within(52, 0.0..=RADIUS_M_MAX, "radius")?,
         progress: f64::from(raw.u16(56)) / f64::from(u16::MAX),
         state: state_from_wire(raw.u8(58)).ok_or(DecodeError::Range("state"))?,
+        leader: (leader != 0).then_some(RobotId(leader)),
     };
     Ok(Message::Beacon { swarm: raw.u32(8), beacon })
 }
@@ -261,13 +265,41 @@ mod tests {
             radius_m: 0.3,
             state: BehaviourState::Active,
             progress: 0.5,
+            leader: Some(RobotId(4_000_000_007)),
         }
     }
 
     #[test]
     fn our_beacon_is_the_bytes_that_pymavlink_makes_from_our_dialect() {
         assert_eq!(encode_beacon(swarm_hash("first"), &sample(), 17), golden("beacon"));
-        assert_eq!(golden("beacon").len(), 71, "59 bytes of state, 12 around them");
+        assert_eq!(golden("beacon").len(), 75, "63 bytes of state, 12 around them");
+    }
+
+    #[test]
+    fn a_beacon_whose_sender_follows_nobody_is_the_one_from_before_there_were_leaders() {
+        let beacon = Beacon { leader: None, ..sample() };
+        let bytes = encode_beacon(swarm_hash("first"), &beacon, 17);
+        assert_eq!(bytes, golden("beacon_without_leader"));
+        assert_eq!(bytes.len(), 71, "not a byte more than what it had then");
+        let Ok(Message::Beacon { beacon, .. }) = decode(&bytes) else { panic!("no beacon") };
+        assert_eq!(beacon.leader, None);
+    }
+
+    #[test]
+    fn every_leader_but_0_goes_over_the_wire_whatever_zeros_are_before_it() {
+        for (leader, bytes) in [(1, 72), (255, 72), (256, 73), (70_001, 74), (u32::MAX, 75)] {
+            let beacon = Beacon { leader: Some(RobotId(leader)), ..sample() };
+            let idle = Beacon { state: BehaviourState::Waiting, progress: 0.0, ..beacon };
+            for beacon in [beacon, idle] {
+                let datagram = encode_beacon(1, &beacon, 0);
+                assert_eq!(datagram.len(), bytes, "{leader}");
+                let Ok(Message::Beacon { beacon: got, .. }) = decode(&datagram) else { panic!("no beacon") };
+                assert_eq!(got.leader, beacon.leader);
+            }
+        }
+        let nobody = encode_beacon(1, &Beacon { leader: Some(RobotId(0)), ..sample() }, 0);
+        let Ok(Message::Beacon { beacon, .. }) = decode(&nobody) else { panic!("no beacon") };
+        assert_eq!(beacon.leader, None, "no robot has the id 0");
     }
 
     #[test]
@@ -285,8 +317,9 @@ mod tests {
     fn zeros_at_the_end_are_not_sent_and_a_signature_changes_nothing_yet() {
         let Ok(Message::Beacon { beacon, .. }) = decode(&golden("beacon_mostly_zero")) else { panic!("no beacon") };
         assert_eq!((beacon.robot, beacon.state, beacon.radius_m), (RobotId(256), BehaviourState::Waiting, 0.5));
+        assert_eq!(beacon.leader, None);
         let Ok(Message::Beacon { beacon, .. }) = decode(&golden("beacon_with_signature")) else { panic!("no beacon") };
-        assert_eq!((beacon.robot, beacon.progress), (RobotId(3), 1.0));
+        assert_eq!((beacon.robot, beacon.progress, beacon.leader), (RobotId(3), 1.0, Some(RobotId(2))));
     }
 
     #[test]
@@ -334,7 +367,7 @@ mod tests {
     #[test]
     fn a_header_cannot_speak_for_another_robot() {
         let mut forged = Emitter::new(MavId { system: 9, component: COMPONENT });
-        let payload = &golden("beacon")[10..69];
+        let payload = &golden("beacon")[10..73];
         assert_eq!(decode(&forged.encode_raw(BEACON, BEACON_EXTRA_CRC, payload)), Err(DecodeError::Sender));
     }
 

@@ -28,6 +28,8 @@ pub struct Beacon {
     pub state: BehaviourState,
     /// How much of its task the sender has done, 0..=1.
     pub progress: f64,
+    /// The robot whose lead it follows, itself if it leads; none for a behaviour without leaders.
+    pub leader: Option<RobotId>,
 }
 
 /// What a robot is doing, in one word.

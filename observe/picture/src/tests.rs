@@ -1,6 +1,7 @@
 use super::*;
 use drover_record::{
-    CLEAR, GoalSetting, Heard, MapSetting, Place, PlaceSetting, RobotMoment, RobotSetting, ScanMoment, Truth,
+    CLEAR, GoalSetting, Heard, MapSetting, MoverSetting, Place, PlaceSetting, RobotMoment, RobotSetting, ScanMoment,
+    Truth,
 };
 use serde_json::json;
 
@@ -13,6 +14,7 @@ fn room() -> PlaceSetting {
         polygons_m: vec![vec![[5.0, 3.0], [6.0, 3.0], [6.0, 4.0], [5.0, 4.0]]],
         circles_m: vec![[8.0, 2.0, 0.5]],
         polylines_m: vec![vec![[3.0, 8.0], [3.0, 6.5]]],
+        movers: vec![MoverSetting { radius_m: 0.4, round_m: vec![[2.0, 2.0], [5.0, 3.0], [6.0, 2.0]] }],
         map: Some(MapSetting {
             resolution_m: 0.5,
             origin_m: [9.0, 5.0],
@@ -156,6 +158,7 @@ fn numbers_without_sense_do_no_harm() {
         let mut odd = run(3);
         odd.setting.place.circles_m.push([value, 0.0, value]);
         odd.setting.place.polylines_m.push(vec![[value, value], [0.0, value]]);
+        odd.setting.place.movers.push(MoverSetting { radius_m: value, round_m: vec![[1.0, 1.0], [5.0, value]] });
         odd.setting.place.enclosure_m.push([value, 1.0]);
         odd.setting.robots[1].radius_m = value;
         odd.setting.robots[1].footprint_m = vec![[value, 0.0], [0.1, 0.1], [0.0, value]];

@@ -6,7 +6,7 @@ use crate::measures::ROBOTS_APART;
 use crate::paper::{self, Drawn, FINE, Fine, Label, MARGIN, Sheet, disc, fine, line, marker, pen, polygon};
 use crate::plot::{Axes, BELOW, BESIDE, Frame, Key, Plane, TEXT, TICK_TEXT, dashed, pieces};
 use crate::{Figure, HEIGHT, PictureError, Run, WIDTH, words};
-use drover_record::{MapSetting, Place, PlaceIndex, PlaceSetting, RobotSetting};
+use drover_record::{MapSetting, MoverSetting, Place, PlaceIndex, PlaceSetting, RobotSetting};
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 use plotters::style::{Color, RGBColor};
 
@@ -100,6 +100,7 @@ fn bounds(run: &Run, ways: &[Way]) -> [[f64; 2]; 2] {
         let ([x, y], r) = (goal.at_m, goal.within_m);
         points.extend([[x - r, y - r], [x + r, y + r]]);
     }
+    points.extend(run.setting.place.movers.iter().flat_map(|mover| &mover.round_m));
     if let Some([west, south, east, north]) = PlaceIndex::new(&run.setting.place).bounds_m() {
         points.extend([[west, south], [east, north]]);
     }
@@ -162,7 +163,15 @@ fn world(sheet: &Sheet, plane: &Plane, place: &PlaceSetting) -> Drawn {
     for points in place.polylines_m.iter().filter(|points| finite(points)) {
         line(sheet, points.iter().map(|point| plane.at(*point)).collect(), pen(WALL, 2.5))?;
     }
-    Ok(())
+    let can_be_drawn = |mover: &&MoverSetting| finite(&mover.round_m) && mover.radius_m.is_finite();
+    place.movers.iter().filter(can_be_drawn).try_for_each(|mover| draw_mover(sheet, plane, mover))
+}
+
+/// What moves, where it starts: a disc on its way.
+fn draw_mover(sheet: &Sheet, plane: &Plane, mover: &MoverSetting) -> Drawn {
+    dashed(sheet, &closed(plane, &mover.round_m), WALL)?;
+    let start_m = mover.round_m.first().copied().unwrap_or_default();
+    disc(sheet, plane.at(start_m), radius(plane, start_m, mover.radius_m), pen(WALL, 1.5))
 }
 
 fn radius(plane: &Plane, [x, y]: [f64; 2], r: f64) -> i32 {

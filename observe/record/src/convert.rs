@@ -2,8 +2,8 @@
 
 use crate::foxglove::{HeardLink, LinkHealth};
 use crate::moment::{Heard, Place, RobotMoment, ScanMoment, Truth};
-use crate::setting::{GoalSetting, MapSetting, PlaceSetting, RobotSetting, Setting, Source};
-use drover_config::{Behaviour, GridMap, Kind, Robot, RobotFile, Swarm, World};
+use crate::setting::{GoalSetting, MapSetting, MoverSetting, PlaceSetting, RobotSetting, Setting, Source};
+use drover_config::{Behaviour, GridMap, Kind, Mover, Robot, RobotFile, Swarm, World};
 use drover_contract::{Pose, Twist};
 use drover_robot::{ScanView, View};
 
@@ -86,7 +86,7 @@ impl Setting {
             duration_s: Some(swarm.duration_s),
             robots,
             place: place_setting(&swarm.world),
-            ..of_behaviour(&swarm.behaviour)
+            ..of_behaviour(&swarm.behaviour, None)
         }
     }
 
@@ -98,17 +98,20 @@ impl Setting {
             source: Source::Field,
             started_unix_us,
             robots: vec![robot_setting(&file.robot, &file.kind)],
-            ..of_behaviour(&file.behaviour)
+            ..of_behaviour(&file.behaviour, Some(file.robot.id))
         }
     }
 }
 
-fn of_behaviour(behaviour: &Behaviour) -> Setting {
+/// What robot `id` is to do; without one, the first party: a setting has room for one route.
+fn of_behaviour(behaviour: &Behaviour, id: Option<u32>) -> Setting {
     match behaviour {
         Behaviour::Flock(flock) => {
             let within_m = flock.arrive_radius_m.max(flock.waypoint_radius_m);
-            let goal = flock.waypoints_m.last().map(|at_m| GoalSetting { at_m: *at_m, within_m });
-            Setting { behaviour: "flock".into(), route_m: flock.waypoints_m.clone(), goal, ..Setting::default() }
+            let party = id.map_or(flock.parties.first(), |id| flock.party_of(id));
+            let goal = party.map(|party| GoalSetting { at_m: party.end_m(), within_m });
+            let route_m = party.map(|party| party.waypoints_m.clone()).unwrap_or_default();
+            Setting { behaviour: "flock".into(), route_m, goal, ..Setting::default() }
         }
         Behaviour::Diffuse(_) => Setting { behaviour: "diffuse".into(), ..Setting::default() },
         Behaviour::Deploy(_) => Setting { behaviour: "deploy".into(), ..Setting::default() },
@@ -143,7 +146,12 @@ fn place_setting(world: &World) -> PlaceSetting {
             .collect(),
         polylines_m: world.polylines.iter().map(|line| line.points_m.clone()).collect(),
         map: world.map.as_deref().map(map_setting),
+        movers: world.movers.iter().map(mover_setting).collect(),
     }
+}
+
+fn mover_setting(mover: &Mover) -> MoverSetting {
+    MoverSetting { radius_m: mover.radius_m, round_m: mover.round_m() }
 }
 
 fn map_setting(map: &GridMap) -> MapSetting {

@@ -18,5 +18,7 @@ pub use measure::{
 pub use moment::{CLEAR, Heard, Moment, Phase, Place, RobotMoment, RunState, ScanMoment, StopState, Truth};
 pub use onlooker::Onlooker;
 pub use read::{ReadError, RecordingFile};
-pub use setting::{Control, Controls, GoalSetting, MapSetting, PlaceSetting, RobotSetting, Setting, Source};
+pub use setting::{
+    Control, Controls, GoalSetting, MapSetting, MoverSetting, PlaceSetting, RobotSetting, Setting, Source,
+};
 pub use write::{Begin, Pace, Recorder, RecorderOptions, RecorderState};

@@ -21,9 +21,9 @@ pub struct Setting {
     pub robots: Vec<RobotSetting>,
     /// The place; empty in the field.
     pub place: PlaceSetting,
-    /// The leader's way, if there is one: points in the world frame, metres.
+    /// The leader's way, if there is one (of several the first): points in the world frame, metres.
     pub route_m: Vec<[f64; 2]>,
-    /// Where everybody is to end, and how near counts as there; `None` for a behaviour without an end.
+    /// Where that way's followers are to end, and how near counts as there; `None` for a behaviour without an end.
     pub goal: Option<GoalSetting>,
 }
 
@@ -85,6 +85,18 @@ pub struct PlaceSetting {
     pub polylines_m: Vec<Vec<[f64; 2]>>,
     /// A grid map.
     pub map: Option<MapSetting>,
+    /// Round obstacles that move.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub movers: Vec<MoverSetting>,
+}
+
+/// A round obstacle that moves. Where it is at a moment nobody tells: it waits for robots.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MoverSetting {
+    /// Its radius, metres.
+    pub radius_m: f64,
+    /// Its way: from the first of these points, where it starts, to the next, and from the last to the first, metres.
+    pub round_m: Vec<[f64; 2]>,
 }
 
 /// A grid map whose solid cells are obstacles.

@@ -59,7 +59,7 @@ pub struct RobotSummary {
     pub id: u32,
     /// Its kind.
     pub kind: String,
-    /// Whether its body ended within `arrive_radius_m` of the leader's last point, by the simulator's truth; true for a
+    /// Whether its body ended within `arrive_radius_m` of its leader's last point, by the simulator's truth; true for a
     /// behaviour without an end.
     pub reached: bool,
     /// When it first said so itself, s since the start.
@@ -70,7 +70,7 @@ pub struct RobotSummary {
     pub reason: String,
     /// Distance driven by the body, metres.
     pub path_m: f64,
-    /// From the leader's last point at the end, metres; none for a behaviour without an end.
+    /// From its leader's last point at the end, metres; none for a behaviour without an end.
     pub end_distance_m: Option<f64>,
     /// From where it believed to be at the end to where it was, metres.
     pub pose_error_m: Option<f64>,
@@ -120,14 +120,14 @@ impl Tally {
     }
 }
 
-/// Where everybody is to end, and the distance that counts as there; none for a behaviour without an end.
-pub(crate) fn end_of(behaviour: &Behaviour) -> Option<([f64; 2], f64)> {
+/// Where robot `id` is to end, and the distance that counts as there; none for a behaviour without an end.
+pub(crate) fn end_of(behaviour: &Behaviour, id: u32) -> Option<([f64; 2], f64)> {
     match behaviour {
         Behaviour::Flock(flock) => {
-            let last = flock.waypoints_m.last().copied().unwrap_or_default();
-            Some((last, flock.arrive_radius_m.max(flock.waypoint_radius_m)))
+            let end_m = flock.party_of(id)?.end_m();
+            Some((end_m, flock.arrive_radius_m.max(flock.waypoint_radius_m)))
         }
-        // Of a deployment everybody ends somewhere else.
+        // A deployment is measured by who is at which target.
         Behaviour::Diffuse(_) | Behaviour::Deploy(_) => None,
     }
 }
@@ -138,7 +138,7 @@ pub(crate) fn robot_summary(swarm: &Swarm, index: usize, plant: &Plant, tally: &
     const STANDSTILL: f64 = 0.01;
     let robot = &swarm.robots[index];
     let truth: Truth = plant.truth(index);
-    let end = end_of(&swarm.behaviour);
+    let end = end_of(&swarm.behaviour, robot.id);
     let end_distance_m = end.map(|([x, y], _)| (truth.pose_wb.position() - Vec2::new(x, y)).norm());
     let view = tally.view.as_ref();
     let unheard = || ("never heard".to_owned(), "its loop never spoke".to_owned());

@@ -3,10 +3,11 @@
 use crate::deployment::{DeployFigures, Deployment, is_of_points};
 use crate::digest::Digest;
 use crate::direct::DirectSwarm;
+use crate::flock::{FlockFigures, FlockSwarm, Flocking};
 use crate::points::PointSwarm;
 use crate::rehearsal::VirtualSwarm;
 use crate::summary::end_of;
-use drover_config::{Behaviour, Deploy, Swarm};
+use drover_config::{Behaviour, Deploy, Flock, Swarm};
 use drover_contract::{Stamp, Vec2};
 use drover_core::Status;
 use drover_io::OpenError;
@@ -90,6 +91,9 @@ pub struct TrialResult {
     /// Of a deployment: more numbers, beside the others.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub deploy: Option<DeployFigures>,
+    /// Of a flock: the same.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub flock: Option<FlockFigures>,
 }
 
 /// What is looked at while a run goes on.
@@ -110,9 +114,10 @@ impl<F: FnMut(&dyn Trial) -> bool> Watch for F {
 /// [`OpenError`] if a robot's links do not fit its kind (wire only).
 pub fn trial_of(swarm: &Swarm, fidelity: Fidelity, recorder: Option<&Recorder>) -> Result<Box<dyn Trial>, OpenError> {
     Ok(match (fidelity, recorder) {
-        (Fidelity::Direct, _) => match deploys(swarm).filter(|_| is_of_points(swarm)) {
-            Some(deploy) => Box::new(PointSwarm::new(swarm, deploy)),
-            None => Box::new(DirectSwarm::new(swarm)),
+        (Fidelity::Direct, _) => match &swarm.behaviour {
+            Behaviour::Deploy(deploy) if is_of_points(swarm) => Box::new(PointSwarm::new(swarm, deploy)),
+            Behaviour::Flock(flock) if is_of_points(swarm) => Box::new(FlockSwarm::new(swarm, flock)),
+            Behaviour::Deploy(_) | Behaviour::Flock(_) | Behaviour::Diffuse(_) => Box::new(DirectSwarm::new(swarm)),
         },
         (Fidelity::Wire, Some(recorder)) => Box::new(VirtualSwarm::recorded(swarm, recorder)?),
         (Fidelity::Wire, None) => Box::new(VirtualSwarm::unrecorded(swarm)?),
@@ -125,6 +130,7 @@ pub fn run_trial(swarm: &Swarm, trial: &mut dyn Trial, watch: &mut dyn Watch) ->
     let limit = Stamp::ZERO + Duration::from_secs_f64(swarm.duration_s);
     let mut digest = Digest::default();
     let mut deployment = deploys(swarm).map(|deploy| Deployment::new(swarm, deploy, trial.arena()));
+    let mut flocking = flocks(swarm).map(|flock| Flocking::new(swarm, flock));
     let mut steps = 0;
     while trial.now() < limit && !all_reached(swarm, trial) {
         let before = trial.now();
@@ -135,14 +141,18 @@ pub fn run_trial(swarm: &Swarm, trial: &mut dyn Trial, watch: &mut dyn Watch) ->
             let times_s = (trial.now().as_secs_f64(), trial.now().since(before).as_secs_f64());
             deployment.see(trial.arena(), |robot| trial.status(robot).is_some(), times_s);
         }
+        if let Some(flocking) = &mut flocking {
+            flocking.see(trial.arena(), |robot| trial.status(robot), trial.now().as_secs_f64());
+        }
         if !watch.stepped(trial) {
             return None;
         }
     }
     let result = TrialResult { steps, ..measure(swarm, trial, digest) };
+    let flock = flocking.map(|flocking| flock_figures(swarm, trial, &flocking));
     Some(match deployment {
         Some(deployment) => with_deployment(result, trial, &deployment),
-        None => result,
+        None => TrialResult { flock, ..result },
     })
 }
 
@@ -152,6 +162,20 @@ pub(crate) fn deploys(swarm: &Swarm) -> Option<&Deploy> {
         Behaviour::Deploy(deploy) => Some(deploy),
         Behaviour::Flock(_) | Behaviour::Diffuse(_) => None,
     }
+}
+
+/// The same, if it flocks.
+pub(crate) fn flocks(swarm: &Swarm) -> Option<&Flock> {
+    match &swarm.behaviour {
+        Behaviour::Flock(flock) => Some(flock),
+        Behaviour::Deploy(_) | Behaviour::Diffuse(_) => None,
+    }
+}
+
+fn flock_figures(swarm: &Swarm, trial: &dyn Trial, flocking: &Flocking) -> FlockFigures {
+    let living = (0..swarm.robots.len()).filter_map(|robot| trial.status(robot));
+    let entries = living.clone().map(|status| status.counters.wall_entries).sum();
+    flocking.figures(trial.arena(), (living.count(), entries))
 }
 
 /// The result of a deployment: everybody has a place of their own to reach, and the dead reach none.
@@ -183,9 +207,8 @@ fn measure(swarm: &Swarm, trial: &dyn Trial, digest: Digest) -> TrialResult {
     let count = swarm.robots.len();
     let robots = || 0..count;
     let share = |number: usize| number as f64 / count.max(1) as f64;
-    let end = end_of(&swarm.behaviour);
     let there = |robot: &usize| {
-        end.is_none_or(|([x, y], within_m)| {
+        end_of(&swarm.behaviour, swarm.robots[*robot].id).is_none_or(|([x, y], within_m)| {
             (arena.state(*robot).pose_wb.position() - Vec2::new(x, y)).norm() <= within_m
         })
     };
@@ -215,5 +238,6 @@ fn measure(swarm: &Swarm, trial: &dyn Trial, digest: Digest) -> TrialResult {
         beacons_lost: radio.lost + radio.crowded + radio.partitioned + radio.dropped,
         bytes_per_robot: (trial.bytes() / count.max(1)) as u64,
         deploy: None,
+        flock: None,
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! Within one step all bodies move at once, each along its own arc. The first contact of any two ends the step for both
 //! of them; the others go on, and may meet those two where they now stand. So what happens depends on where the bodies
-//! are and not on their order in the list. Two bodies never overlap, and no body overlaps a wall.
+//! are and not on their order in the list. Two bodies never overlap, and no body overlaps a wall. Before that the
+//! movers move ([`crate::movers`]), which are like walls to bodies that move then.
 //!
 //! Sensing changes nothing but the sensor: [`Arena::eyes`] lends the place to as many threads as there are.
 
@@ -16,7 +17,7 @@ use crate::place::Place;
 use crate::sweep::{SKIN_M, TOUCH_M, first_contact};
 use crate::walls::{Walls, smaller};
 use drover_config::{Kind, Robot, Swarm, World};
-use drover_contract::{Pose, Scan, Stamp, Twist};
+use drover_contract::{Pose, Scan, Stamp, Twist, Vec2};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -133,6 +134,7 @@ impl Arena {
 
     /// Move all bodies by `dt_s` seconds towards `demands` (one a body; a body without one is asked to stand).
     pub fn step(&mut self, dt_s: f64, demands: &[Twist]) {
+        self.move_movers(dt_s);
         self.plan(dt_s, demands);
         self.contacts.resolve(&self.place, &mut self.plans);
         let way_m_max = self.plans.iter().map(|plan| plan.sweep_m * plan.share).fold(0.0, f64::max);
@@ -157,8 +159,9 @@ impl Arena {
     }
 
     /// Put each body where `poses_wb` says, straight and in `dt_s`: points of the theory books, which nothing stops.
-    /// Gaps are measured as for any motion; bodies beyond the list stay.
+    /// Gaps are measured as for any motion; bodies beyond the list stay. Movers move first, as in a step.
     pub fn glide(&mut self, dt_s: f64, poses_wb: &[Pose]) {
+        self.move_movers(dt_s);
         let Self { place, members, lidars, .. } = self;
         let mut ways_m = Vec::with_capacity(members.len());
         for (robot, (member, pose_wb)) in members.iter_mut().zip(poses_wb).enumerate() {
@@ -186,7 +189,7 @@ impl Arena {
         self.members[robot].state()
     }
 
-    /// What body `robot`'s lidar sees now: walls, round obstacles, other bodies.
+    /// What body `robot`'s lidar sees now: walls, movers, other bodies.
     #[must_use]
     pub fn cast(&mut self, now: Stamp, robot: usize) -> Scan {
         let pose_wb = self.members[robot].body.pose_wb();
@@ -217,7 +220,13 @@ impl Arena {
         self.members[robot].robot.smallest_m()
     }
 
-    /// Smallest gap so far between body `robot` and any wall, metres, 0 from the first touch on; `None` without walls.
+    /// Where the movers are and their radii, metres, in the order of the world's list; [`Place::movers`] knows more.
+    pub fn movers(&self) -> impl Iterator<Item = (Vec2, f64)> + '_ {
+        self.place.movers().iter().map(|mover| (mover.disc().centre_w, mover.disc().radius_m))
+    }
+
+    /// Smallest gap so far between body `robot` and any wall or mover, metres, 0 from the first touch on; `None`
+    /// without any.
     #[must_use]
     pub fn gap_wall_m_min(&self, robot: usize) -> Option<f64> {
         self.members[robot].wall.smallest_m()
@@ -229,7 +238,7 @@ impl Arena {
         self.members.iter().map(|member| member.robot.smallest_m()).fold(None, smaller)
     }
 
-    /// Smallest gap so far between any body and any wall, metres.
+    /// Smallest gap so far between any body and any wall or mover, metres.
     #[must_use]
     pub fn min_gap_wall_m(&self) -> Option<f64> {
         self.members.iter().map(|member| member.wall.smallest_m()).fold(None, smaller)
@@ -249,7 +258,15 @@ impl Arena {
         (lidars + bodies + self.contacts.bytes() + self.place.bytes(), self.place.walls().bytes())
     }
 
-    /// Each body's motion, clipped at the walls.
+    /// Movers go on; what bodies know of their gaps is then that much less.
+    fn move_movers(&mut self, dt_s: f64) {
+        let way_m = self.place.move_movers(dt_s);
+        if way_m > 0.0 {
+            self.members.iter_mut().for_each(|member| member.wall.moved(way_m));
+        }
+    }
+
+    /// Each body's motion, clipped at the walls and movers.
     fn plan(&mut self, dt_s: f64, demands: &[Twist]) {
         let Self { place, members, plans, .. } = self;
         let planned = members.par_iter_mut().enumerate().with_min_len(BODIES_PER_JOB).map(|(robot, member)| {

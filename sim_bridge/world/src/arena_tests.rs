@@ -2,7 +2,7 @@ use super::*;
 use crate::geometry::Disc;
 use drover_config::{Circle, GridMap, Mount, Polygon, Polyline, SimMotion, load_world};
 use drover_contract::math::sin_cos;
-use drover_contract::{Beam, Vec2, wrap};
+use drover_contract::{Beam, wrap};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 use std::path::Path;

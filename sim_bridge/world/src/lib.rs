@@ -1,8 +1,8 @@
 //! The simulated place: geometry, bodies, lidar, virtual firmware, radio. Pure and deterministic.
 //!
-//! Walls ([`Walls`]) and bodies ([`body::Body`]) make a [`Place`], and an [`Arena`] moves them; the arena and the
-//! virtual firmware of every robot make a [`Plant`], which knows its robots by the bytes on their links only. [`Radio`]
-//! stands beside it: beacons go from robot to robot, not through firmware.
+//! Walls ([`Walls`]), what moves among them ([`Mover`]) and bodies ([`body::Body`]) make a [`Place`], and an [`Arena`]
+//! moves all that moves; the arena and the virtual firmware of every robot make a [`Plant`], which knows its robots by
+//! the bytes on their links only. [`Radio`] stands beside it: beacons go from robot to robot, not through firmware.
 
 pub mod arena;
 pub mod body;
@@ -18,6 +18,7 @@ mod ideal;
 mod lanes;
 pub mod lidar;
 mod map;
+mod movers;
 mod periodic;
 mod place;
 pub mod plant;
@@ -35,6 +36,7 @@ pub use firmware::{BodyState, PeerKey};
 pub use geometry::{Disc, Outline, Segment};
 pub use ideal::IdealDevice;
 pub use lidar::{Lidar, LidarParams};
+pub use movers::Mover;
 pub use place::Place;
 pub use plant::{Output, Packet, Plant, Port, Truth};
 pub use radio::{Delivery, Radio, RadioTally, Scene};

@@ -98,7 +98,7 @@ impl LidarParams {
 pub trait Scenery {
     /// The walls.
     fn sight(&self) -> &Sight;
-    /// Call with every body, other than the one that looks, that may be within `range_m` of a place.
+    /// Call with every mover, and every body other than the one that looks, that may be within `range_m` of a place.
     fn bodies_near(&self, from_w: Vec2, range_m: f64, see: &mut dyn FnMut(Silhouette<'_>));
 }
 

@@ -27,7 +27,7 @@ fn room(circles: Vec<Circle>, boxes: Vec<Polygon>) -> Walls {
 fn room_with(circles: Vec<Circle>, boxes: Vec<Polygon>, polylines: Vec<Polyline>) -> Walls {
     let outer = Polygon { enclosure: true, points_m: vec![[-8.0, -6.0], [8.0, -6.0], [8.0, 6.0], [-8.0, 6.0]] };
     let polygons = std::iter::once(outer).chain(boxes).collect();
-    Walls::new(&World { name: "room".into(), polygons, circles, polylines, map: None })
+    Walls::new(&World { name: "room".into(), polygons, circles, polylines, ..World::default() })
 }
 
 fn scan(lidar: &mut Lidar, walls: &Walls, pose_wb: Pose) -> Scan {

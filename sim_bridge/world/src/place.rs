@@ -1,13 +1,14 @@
-//! Where everything is: walls, bodies, and who is near whom. It is read by all and changed by the arena alone.
+//! Where everything is: walls, movers, bodies, and who is near whom. It is read by all and changed by the arena alone.
 
 use crate::arena::BodySpec;
 use crate::body::Motion;
 use crate::geometry::{Disc, Outline};
 use crate::grid::Grid;
 use crate::lidar::{Scenery, Silhouette};
+use crate::movers::{GAP_M, Mover};
 use crate::radio::Scene;
 use crate::sight::Sight;
-use crate::walls::Walls;
+use crate::walls::{Walls, smaller};
 use drover_config::World;
 use drover_contract::{Pose, Vec2};
 use std::sync::Arc;
@@ -17,9 +18,10 @@ const SEARCH_M: f64 = 1.0;
 /// Doublings of that until all bodies are looked at, one after the other.
 const SEARCHES_MAX: u32 = 8;
 
-/// Walls and bodies.
+/// Walls, movers and bodies.
 pub struct Place {
     walls: Walls,
+    movers: Vec<Mover>,
     poses_wb: Vec<Pose>,
     /// The disc that holds each body.
     discs: Vec<Disc>,
@@ -35,6 +37,7 @@ impl Place {
         let disc = |spec: &BodySpec| Disc { centre_w: spec.start.position(), radius_m: spec.body.radius_m };
         let mut place = Self {
             walls: Walls::new(world),
+            movers: world.movers.iter().map(Mover::new).collect(),
             poses_wb: bodies.iter().map(|spec| spec.start).collect(),
             discs: bodies.iter().map(disc).collect(),
             outlines: bodies.iter().map(|spec| spec.outline.clone()).collect(),
@@ -49,6 +52,12 @@ impl Place {
     #[must_use]
     pub fn walls(&self) -> &Walls {
         &self.walls
+    }
+
+    /// The obstacles that move, in the order of the world's list.
+    #[must_use]
+    pub fn movers(&self) -> &[Mover] {
+        &self.movers
     }
 
     /// Where body `robot` is.
@@ -77,6 +86,35 @@ impl Place {
         self.grid.near(centre_w, range_m + self.radius_m_max).map(|entry| entry.index as usize)
     }
 
+    /// Every mover goes on for `dt_s`, or waits for who is in its way. How far the fastest one got, metres.
+    pub(crate) fn move_movers(&mut self, dt_s: f64) -> f64 {
+        let mut way_m_max: f64 = 0.0;
+        for index in 0..self.movers.len() {
+            let way_m = self.movers[index].way_m(dt_s);
+            if self.is_free(&self.movers[index], way_m) {
+                self.movers[index].go(dt_s);
+                way_m_max = way_m_max.max(way_m);
+            } else {
+                self.movers[index].wait();
+            }
+        }
+        way_m_max
+    }
+
+    fn is_free(&self, mover: &Mover, way_m: f64) -> bool {
+        let Disc { centre_w, radius_m } = mover.disc();
+        let mut near = self.bodies_near(centre_w, radius_m + way_m + GAP_M);
+        near.all(|robot| mover.is_free(way_m, |disc| self.disc_gap_m(robot, self.poses_wb[robot], disc)))
+    }
+
+    /// Gap from a body's surface to a disc if it were at `pose_wb`, metres.
+    fn disc_gap_m(&self, robot: usize, pose_wb: Pose, disc: &Disc) -> f64 {
+        match &self.outlines[robot] {
+            Some(outline) => outline.gap_to_disc_m(pose_wb, disc),
+            None => (pose_wb.position() - disc.centre_w).norm() - disc.radius_m - self.discs[robot].radius_m,
+        }
+    }
+
     pub(crate) fn move_to(&mut self, robot: usize, pose_wb: Pose) {
         self.poses_wb[robot] = pose_wb;
         self.discs[robot].centre_w = pose_wb.position();
@@ -94,13 +132,15 @@ impl Place {
         outline.map_or(0.0, |outline| (motion.twist_b.yaw_rate_radps * motion.dt_s).abs() * outline.radius_m())
     }
 
-    /// Gap from a body's surface to the nearest wall if it were at `pose_wb` in free space, metres; `None` without
-    /// walls.
+    /// Gap from a body's surface to the nearest wall or mover if it were at `pose_wb` in free space, metres; `None`
+    /// without any.
     pub(crate) fn wall_gap_m(&self, robot: usize, pose_wb: Pose) -> Option<f64> {
-        match &self.outlines[robot] {
+        let still_m = match &self.outlines[robot] {
             Some(outline) => self.walls.outline_gap_m(outline, pose_wb),
-            None => Some(self.walls.distance_m(pose_wb.position())? - self.discs[robot].radius_m),
-        }
+            None => self.walls.distance_m(pose_wb.position()).map(|away_m| away_m - self.discs[robot].radius_m),
+        };
+        let gaps_m = self.movers.iter().map(|mover| self.disc_gap_m(robot, pose_wb, &mover.disc()));
+        smaller(still_m, gaps_m.min_by(f64::total_cmp))
     }
 
     /// The same where it is, below 0 if it is inside of a solid.
@@ -157,6 +197,7 @@ impl Place {
     pub(crate) fn bytes(&self) -> usize {
         self.poses_wb.capacity() * size_of::<Pose>()
             + self.discs.capacity() * size_of::<Disc>()
+            + self.movers.iter().map(|mover| size_of::<Mover>() + mover.bytes()).sum::<usize>()
             + self.outlines.capacity() * size_of::<Option<Arc<Outline>>>()
             + self.grid.bytes()
     }
@@ -178,10 +219,15 @@ impl Scenery for SeenBy<'_> {
     }
 
     fn bodies_near(&self, from_w: Vec2, range_m: f64, see: &mut dyn FnMut(Silhouette<'_>)) {
+        let is_near = |disc: &Disc| {
+            let reach_m = range_m + disc.radius_m;
+            (disc.centre_w - from_w).norm_squared() <= reach_m * reach_m
+        };
+        let movers = self.place.movers.iter().map(Mover::disc);
+        movers.filter(is_near).for_each(|disc| see(Silhouette::Disc(disc)));
         for other in self.place.bodies_near(from_w, range_m).filter(|other| *other != self.robot) {
             let disc = self.place.discs[other];
-            let reach_m = range_m + disc.radius_m;
-            if (disc.centre_w - from_w).norm_squared() > reach_m * reach_m {
+            if !is_near(&disc) {
                 continue;
             }
             see(match &self.place.outlines[other] {

@@ -60,7 +60,7 @@ pub struct Truth {
     pub path_m: f64,
     /// Smallest gap so far to another body, metres, 0 from a touch on; `None` if it is alone.
     pub gap_robot_m_min: Option<f64>,
-    /// Smallest gap so far to a wall, metres, 0 from a touch on; `None` in a world without walls.
+    /// Smallest gap so far to a wall or mover, metres, 0 from a touch on; `None` in a world without any.
     pub gap_wall_m_min: Option<f64>,
     /// Whether it touches something now.
     pub in_contact: bool,
@@ -175,7 +175,8 @@ impl Plant {
         self.arena.min_gap_robot_m()
     }
 
-    /// Smallest gap so far between any body and any wall, metres, 0 from a touch on; `None` in a world without walls.
+    /// Smallest gap so far between any body and any wall or mover, metres, 0 from a touch on; `None` in a world without
+    /// any.
     #[must_use]
     pub fn min_gap_wall_m(&self) -> Option<f64> {
         self.arena.min_gap_wall_m()

@@ -299,3 +299,23 @@ fn messages_that_nobody_takes_are_bounded_and_time_goes_in_whole_steps() {
     assert!(bench.plant.outputs.len() <= OUTPUTS_MAX);
     assert_eq!(bench.plant.outputs_dropped() > 0, bench.plant.outputs.len() == OUTPUTS_MAX);
 }
+
+#[test]
+fn a_mover_goes_with_the_plant_and_is_in_the_scans_that_firmware_sends() {
+    let mut bench = Bench::new(1);
+    bench.run(5.0);
+    let before = bench.rover_scans.last().expect("it scans").nearest_m().expect("there are walls");
+    let place = bench.plant.arena().state(ROVER).pose_wb.position();
+    let waypoints_m = vec![[place.x, place.y - 1.0], [place.x + 1.0, place.y - 1.0]];
+    let movers = vec![drover_config::Mover { radius_m: 0.3, waypoints_m, speed_mps: 0.1, loops: false }];
+    let mut bench = Bench::new(1);
+    bench.swarm.world.movers = movers;
+    bench.plant = Plant::new(&bench.swarm, Stamp::ZERO);
+    bench.run(5.0);
+    let nearest_m = bench.rover_scans.last().expect("it scans").nearest_m().expect("there is a mover");
+    assert!(nearest_m < before - 0.1, "{nearest_m} after {before}");
+    let (centre_w, _) = bench.plant.arena().movers().next().expect("there is one");
+    assert!((centre_w.x - place.x - 0.5).abs() < 0.01, "{centre_w}");
+    let gap_m = bench.plant.truth(ROVER).gap_wall_m_min.expect("there are walls");
+    assert!(gap_m < 1.0 - 0.3, "{gap_m}");
+}

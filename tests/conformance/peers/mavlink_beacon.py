@@ -66,7 +66,8 @@ def listen(drover, arguments):
             if message.get_type() == "DROVER_BEACON":
                 seen = robots.setdefault(message.robot, {"beacons": 0})
                 seen["beacons"] += 1
-                seen.update(x=round(message.x, 3), y=round(message.y, 3), state=message.state, bytes=len(data))
+                seen.update(x=round(message.x, 3), y=round(message.y, 3), state=message.state,
+                            leader=message.leader, bytes=len(data))
             elif message.get_type() == "DROVER_STOP":
                 stops += 1
             else:

@@ -149,13 +149,14 @@ def swarm_hash(name):
 
 def beacon(drover):
     swarm = swarm_hash(b"first")
-    full = drover.MAVLink_drover_beacon_message(
-        9_000_000_123, swarm, 70_003, 5, 1234, 12.5, -3.25, 1.5, 0.75, -0.5, 0.25, 0.125, 0.3, 32768, 1)
-    yield line("beacon", full, drover, system=70_003 & 255, component=191, seq=17)
+    full = (9_000_000_123, swarm, 70_003, 5, 1234, 12.5, -3.25, 1.5, 0.75, -0.5, 0.25, 0.125, 0.3, 32768, 1)
+    for label, leader in (("beacon", 4_000_000_007), ("beacon_without_leader", 0)):
+        message = drover.MAVLink_drover_beacon_message(*full, leader)
+        yield line(label, message, drover, system=70_003 & 255, component=191, seq=17)
     zero = drover.MAVLink_drover_beacon_message(0, swarm, 256, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.5, 0, 0)
     yield line("beacon_mostly_zero", zero, drover, system=255, component=191)
     signed = drover.MAVLink_drover_beacon_message(
-        1, swarm, 3, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0.5, 65535, 3, [index + 1 for index in range(64)])
+        1, swarm, 3, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0.5, 65535, 3, 2, [index + 1 for index in range(64)])
     yield line("beacon_with_signature", signed, drover, system=3, component=191)
     for label, at, value in (("nan", 5, math.nan), ("infinite", 8, math.inf), ("turned_too_far", 7, 4.0)):
         fields = [1, swarm, 3, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0.5, 0, 1]

@@ -16,15 +16,20 @@
 //!
 //! [`SafeSet`] is the set; [`Steering`] chooses the move in it that the law most likely meant.
 //!
+//! [`Orca`] is the other way to avoid: among velocities instead of places, each robot taking half of every change, and
+//! [`track`] its form for differential drives.
+//!
 //! **Source**: C: H. Ando, Y. Oasa, I. Suzuki, M. Yamashita, "Distributed memoryless point convergence algorithm for
 //! mobile robots with limited visibility", IEEE Trans. Robotics and Automation 15(5), 1999. R: D. Zhou et al., "Fast,
 //! on-line collision avoidance for dynamic vehicles using buffered Voronoi cells", IEEE RA-L 2(2), 2017. The
 //! combination with a swept O, and the choice by least deviation: ours.
 
 mod capsule;
+mod orca;
 mod safe_set;
 mod steering;
 
 pub use capsule::Capsule;
+pub use orca::{Orca, OrcaParams, OrcaPeer, Tracking, track};
 pub use safe_set::{Disc, HalfPlane, SafeSet, SafeSetParams};
 pub use steering::{Steer, Steering};

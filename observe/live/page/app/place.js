@@ -1,4 +1,4 @@
-// What does not move: the floor, the grid, walls, the map, the route and the goal.
+// What does not move: the floor, the grid, walls, the map, the ways of movers, the route and the goal.
 
 import { colours } from "./theme.js";
 
@@ -7,6 +7,7 @@ export function boundsOf(setting) {
   const { place } = setting;
   const points = [...place.enclosure_m, ...place.polygons_m.flat(), ...place.polylines_m.flat(), ...setting.route_m];
   for (const [x, y, r] of place.circles_m) points.push([x - r, y - r], [x + r, y + r]);
+  points.push(...(place.movers ?? []).flatMap((mover) => mover.round_m));
   if (setting.goal) {
     const [[x, y], r] = [setting.goal.at_m, setting.goal.within_m];
     points.push([x - r, y - r], [x + r, y + r]);
@@ -117,6 +118,7 @@ export class Place {
     context.lineWidth = 3 * px;
     context.lineJoin = "round";
     context.stroke();
+    for (const mover of place.movers ?? []) this.drawMover(context, mover, px);
     if (route.length) this.drawRoute(context, route, px);
     if (goal) this.drawGoal(context, goal, px);
   }
@@ -153,6 +155,20 @@ export class Place {
     context.fillStyle = colours.route;
     context.fill();
     context.globalAlpha = 1;
+  }
+
+  /** What moves, where it starts: where it is at a moment nobody tells. */
+  drawMover(context, { round_m: round, radius_m: radius }, px) {
+    const [x, y] = round[0];
+    context.beginPath();
+    trace(context, round, true);
+    context.moveTo(x + radius, y);
+    context.arc(x, y, radius, 0, 2 * Math.PI);
+    context.strokeStyle = colours.wall;
+    context.lineWidth = 1.5 * px;
+    context.setLineDash([6 * px, 6 * px]);
+    context.stroke();
+    context.setLineDash([]);
   }
 
   drawGoal(context, goal, px) {

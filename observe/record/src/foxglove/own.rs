@@ -180,6 +180,8 @@ message! {
         [string] state: String = 13,
         /// How much of its task the sender has done, 0..=1.
         [double] progress: f64 = 14,
+        /// The robot whose lead the sender follows, itself if it leads.
+        [uint32 optional] leader: Option<u32> = 15,
     }
 }
 

@@ -29,7 +29,8 @@ const KEPT: [f64; 4] = [0.95, 0.60, 0.10, 1.0];
 const HEARD: [f64; 4] = [0.60, 0.65, 0.70, 0.5];
 const TEXT: [f64; 4] = [1.0, 1.0, 1.0, 1.0];
 
-/// The place, the leader's way and the goal, in the frame `world`. It stays: it is sent once.
+/// The place, the ways of what moves in it, the leader's way and the goal, in the frame `world`. It stays: it is sent
+/// once.
 #[must_use]
 pub fn scene_place(unix_us: u64, setting: &Setting) -> SceneUpdate {
     let route = SceneEntity {
@@ -55,6 +56,11 @@ fn place(unix_us: u64, place: &PlaceSetting) -> SceneEntity {
     }
     let circles = place.circles_m.iter();
     drawn.cylinders.extend(circles.map(|[x, y, radius_m]| cylinder([*x, *y], *radius_m, WALL_M, color(OBSTACLE))));
+    for mover in &place.movers {
+        drawn.lines.extend(line(Line::LineLoop, points(&mover.round_m, 2.0 * GROUND_M), 1.0, OBSTACLE));
+        let start_m = mover.round_m.first();
+        drawn.cylinders.extend(start_m.map(|at_m| cylinder(*at_m, mover.radius_m, GROUND_M, color(OBSTACLE))));
+    }
     drawn
 }
 
@@ -219,7 +225,7 @@ fn triangles(points: Vec<Point3>, indices: Vec<u32>, color: Color) -> TriangleLi
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{GoalSetting, Heard, Place, RobotMoment};
+    use crate::{GoalSetting, Heard, MoverSetting, Place, RobotMoment};
 
     fn setting() -> Setting {
         let square = vec![[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]];
@@ -232,6 +238,7 @@ mod tests {
                 polygons_m: vec![square],
                 circles_m: vec![[1.0, 2.0, 0.5]],
                 polylines_m: vec![vec![[0.0, 0.0], [1.0, 1.0], [2.0, 1.0]]],
+                movers: vec![MoverSetting { radius_m: 0.4, round_m: vec![[1.0, 1.0], [3.0, 1.0]] }],
                 ..PlaceSetting::default()
             },
             route_m: vec![[0.0, 0.0], [1.0, 0.0]],
@@ -247,7 +254,7 @@ mod tests {
         assert_eq!(names, ["place", "route", "goal"]);
         assert!(update.entities.iter().all(|entity| entity.lifetime.is_none() && entity.frame_id == "world"));
         let place = &update.entities[0];
-        assert_eq!((place.lines.len(), place.triangles.len(), place.cylinders.len()), (3, 3, 1));
+        assert_eq!((place.lines.len(), place.triangles.len(), place.cylinders.len()), (4, 3, 2));
         assert_eq!(place.triangles[0].indices.len(), 4 * 6);
         assert_eq!(place.triangles[2].indices.len(), 2 * 6);
         let size = place.cylinders[0].size.expect("a size");

@@ -144,6 +144,7 @@ impl From<&drover_contract::Beacon> for Beacon {
             radius_m: beacon.radius_m,
             state: beacon.state.word().into(),
             progress: beacon.progress,
+            leader: beacon.leader.map(|id| id.0),
         }
     }
 }
@@ -166,6 +167,7 @@ impl Beacon {
             radius_m: self.radius_m,
             state,
             progress: self.progress,
+            leader: self.leader.map(RobotId),
         })
     }
 }

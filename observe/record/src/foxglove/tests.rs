@@ -125,11 +125,16 @@ fn a_beacon_is_read_by_its_schema_alone_and_comes_back() {
         radius_m: 0.2,
         state: BehaviourState::Held,
         progress: 0.5,
+        leader: Some(RobotId(1)),
     };
     let told = Beacon::from(&beacon);
     assert_eq!(told.beacon(), Some(beacon));
+    let lone = drover_contract::Beacon { leader: None, ..beacon };
+    assert_eq!(Beacon::from(&lone).beacon(), Some(lone));
     assert_eq!(Beacon { state: "asleep".into(), ..told.clone() }.beacon(), None);
     assert_eq!(value(&read(&told), "state"), Value::String("held".into()));
+    assert_eq!(value(&read(&told), "leader"), Value::U32(1));
+    assert!(!read(&Beacon::from(&lone)).has_field_by_name("leader"), "nobody is absent, not 0");
     let read = read(&BeaconHeard { by: 1, stamp_us: 7, beacon: Some(told) });
     let inner = value(&read, "beacon");
     assert_eq!(value(inner.as_message().expect("a beacon"), "seq"), Value::U32(100));

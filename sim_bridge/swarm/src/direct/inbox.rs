@@ -124,6 +124,7 @@ mod tests {
             radius_m: 0.3,
             state: BehaviourState::Active,
             progress: 0.0,
+            leader: None,
         };
         Words { beacon, links: None }
     }

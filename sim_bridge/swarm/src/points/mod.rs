@@ -21,8 +21,8 @@ use drover_world::{Arena, BodySpec, RadioTally, Walls};
 use hearers::{Hearers, Scene};
 use std::time::Duration;
 
-/// Bytes that a snapshot takes on the air: each robot's own beacon, and for every robot that it passes on for trees of
-/// more than one hop, id and place (u32, two f32).
+/// Bytes that a snapshot takes on the air: each robot's own beacon (nobody leads a deployment), and for every robot
+/// that it passes on for trees of more than one hop, id and place (u32, two f32).
 const BEACON_BYTES: u64 = 71;
 const RELAYED_BYTES: u64 = 12;
 

@@ -14,14 +14,17 @@ use std::time::Duration;
 const REST_S: u64 = 3;
 /// Near for this long, it has arrived whether at rest or not, seconds.
 const SETTLE_S_MAX: u64 = 15;
-/// Slower than this is at rest, m/s.
-const REST_MPS: f64 = 0.03;
+/// Slower than this share of the leader's speed is at rest.
+const REST: f64 = 1.0 / 27.0;
+/// Slower than this share of it, a leader stands.
+const STANDS: f64 = 1.0 / 16.0;
 
 /// Watches one follower's arrival.
 #[derive(Clone, Debug)]
 pub(crate) struct Arrival {
     radius_m: f64,
     leader_radius_m: f64,
+    leader_speed_mps: f64,
     near_since: Option<Stamp>,
     rest_since: Option<Stamp>,
     done: bool,
@@ -30,7 +33,8 @@ pub(crate) struct Arrival {
 impl Arrival {
     pub(crate) fn new(flock: &Flock) -> Self {
         let (radius_m, leader_radius_m) = (flock.arrive_radius_m, flock.waypoint_radius_m);
-        Self { radius_m, leader_radius_m, near_since: None, rest_since: None, done: false }
+        let leader_speed_mps = flock.leader_speed_mps;
+        Self { radius_m, leader_radius_m, leader_speed_mps, near_since: None, rest_since: None, done: false }
     }
 
     /// One tick: the follower is where `motion` says; `leader` is `None` if it is not heard.
@@ -41,7 +45,7 @@ impl Arrival {
             self.done = false;
         }
         let near = ended && (motion.pose_wb.position() - goal_w).norm() <= self.radius_m;
-        let rests = near && motion.twist_b.speed_mps.abs() <= REST_MPS;
+        let rests = near && motion.twist_b.speed_mps.abs() <= REST * self.leader_speed_mps;
         self.near_since = near.then(|| self.near_since.unwrap_or(now));
         self.rest_since = rests.then(|| self.rest_since.unwrap_or(now));
         let lasts = |since: Option<Stamp>, span_s: u64| {
@@ -55,7 +59,7 @@ impl Arrival {
             BehaviourState::Done => true,
             BehaviourState::Waiting | BehaviourState::Active | BehaviourState::Held | BehaviourState::Stopped => {
                 // It may pass the last point on its way there: only a leader that stands has come to its end.
-                let stands = leader.twist_b.speed_mps.abs() < 0.05;
+                let stands = leader.twist_b.speed_mps.abs() < STANDS * self.leader_speed_mps;
                 stands && (leader.pose_wb.position() - goal_w).norm() <= self.leader_radius_m
             }
         }
@@ -79,7 +83,8 @@ mod tests {
 
     fn leader(x_m: f64, state: BehaviourState, speed_mps: f64) -> Neighbour {
         let Motion { pose_wb, twist_b, .. } = motion(x_m, speed_mps);
-        Neighbour { id: RobotId(1), pose_wb, twist_b, accel_mps2: 0.0, state }
+        let (id, radius_m) = (RobotId(1), 0.4);
+        Neighbour { id, pose_wb, twist_b, accel_mps2: 0.0, state, leader: Some(id), radius_m }
     }
 
     /// Whether a follower has arrived that sees the same for `seconds`.
