@@ -5,6 +5,7 @@ mod determinism;
 mod drives;
 mod faults;
 mod fidelity;
+mod flock;
 mod hostile;
 mod journey;
 mod mirror;

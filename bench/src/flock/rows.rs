@@ -86,7 +86,7 @@ const OURS: [Row; 3] = [
 ];
 
 /// What ships, each time without one of its parts, or with one that it does without.
-const PARTS: [Row; 9] = [
+const PARTS: [Row; 8] = [
     Row::of_all("safe, reverse", "reverse=true"),
     Row::of_all("safe, front laser", "laser_rad=3.1416"),
     Row::of_all("safe, no side latch", "side_latch=false"),

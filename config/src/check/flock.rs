@@ -5,7 +5,7 @@ use super::Checker;
 use crate::path::join;
 use crate::report::Words;
 use crate::walls::Walls;
-use crate::{Flock, FlockGuard, FlockMode, Kind, Party, SimMotion};
+use crate::{Flock, FlockGuard, FlockMode, Kind, Party, SimMotion, WallFollowing};
 
 /// Most ids that a problem lists.
 const SHOWN_MAX: usize = 10;
@@ -94,6 +94,11 @@ impl Checker<'_> {
         if flock.guard == FlockGuard::Full && flock.link_range_m <= 0.0 {
             let words = Words::new("0", "more than 0 with guard = \"full\"", "say how long links may be");
             self.flock_problem("link_range_m", words);
+        }
+        if flock.mode == FlockMode::Safe && flock.walls == WallFollowing::Literal {
+            let words =
+                Words::new("\"literal\" with mode = \"safe\"", "\"pledge\" or \"none\"", "set mode = \"literal\", too");
+            self.flock_problem("walls", words);
         }
     }
 

@@ -179,7 +179,7 @@ struct Walls {
 fn walls(table: &mut Table<'_>, literal: bool) -> Option<Walls> {
     // Half a turn a second: with the paper's 18 degrees a second no robot turns within its own flock. The kind's own
     // limit decides where it is less.
-    let turn_radps = number(table, literal, "turn_radps", 0.01..=200.0, (3.1416, 0.31416));
+    let turn_radps = number(table, literal, "turn_radps", 0.01..=200.0, (PI, PI / 10.0));
     let wall_speed_mps = table.number("wall_speed_mps", 0.001..=10.0, Some(0.6));
     // The paper turns by 15 degrees every 10 ms.
     let wall_turn_radps = table.derived_number("wall_turn_radps", 0.01..=200.0, "turn_radps (literal: 26.2)");

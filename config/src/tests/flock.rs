@@ -54,7 +54,7 @@ fn the_mode_says_whose_defaults_count_and_every_key_can_be_set() {
         waypoint_radius_m: 0.5,
         arrive_radius_m: 4.0,
         speed_mps: 10.0,
-        turn_radps: 3.1416,
+        turn_radps: std::f64::consts::PI,
         spacing_m: 1.8,
         gain: 0.3,
         obstacle_range_m: 1.2,
@@ -63,7 +63,7 @@ fn the_mode_says_whose_defaults_count_and_every_key_can_be_set() {
         mass_kg: 0.5,
         inertia_kgm2: 0.0225,
         wall_speed_mps: 0.6,
-        wall_turn_radps: 3.1416,
+        wall_turn_radps: std::f64::consts::PI,
         wall_distance_m: 0.0,
         avoid_m: 1.4,
         deadlock_mps: 0.05,
@@ -85,7 +85,7 @@ fn the_mode_says_whose_defaults_count_and_every_key_can_be_set() {
     assert_eq!(safe, expected);
     let literal = Flock {
         mode: FlockMode::Literal,
-        turn_radps: 0.31416,
+        turn_radps: std::f64::consts::PI / 10.0,
         wall_turn_radps: 26.2,
         deadlock_s: 0.1,
         reverse: true,

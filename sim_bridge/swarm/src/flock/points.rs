@@ -81,7 +81,9 @@ impl FlockSwarm {
             self.alive[robot].then_some(FlockMember { pose_wb: state.pose_wb, twist_b: self.demands[robot] })
         };
         let members: Vec<Option<FlockMember>> = (0..self.alive.len()).map(member).collect();
-        let scene = FlockScene { now: self.now, members: &members, returns_b: &self.returns_b, walls: &self.walls };
+        let movers = self.arena.movers().map(|(centre_w, radius_m)| Capsule::disc(centre_w, radius_m));
+        let walls: Vec<Capsule> = self.walls.iter().copied().chain(movers).collect();
+        let scene = FlockScene { now: self.now, members: &members, returns_b: &self.returns_b, walls: &walls };
         for (robot, (twist, changed)) in self.mind.round(&scene).into_iter().enumerate() {
             self.demands[robot] = twist;
             self.note(robot, twist, changed);

@@ -92,11 +92,12 @@ impl Safe {
                     self.blocked.rest(view.now);
                 }
             }
-        } else if params.walls != WallFollowing::None && self.blocked.lasts(view.now, by_walls, params.deadlock) {
-            if let Some(nearest_w) = companion_w(returns_w(params, view), at_w) {
-                self.entries += 1;
-                self.wall = Some(Pledge::begin(view.now, at_w, nearest_w, leader_w - at_w));
-            }
+        } else if params.walls != WallFollowing::None
+            && self.blocked.lasts(view.now, by_walls, params.deadlock)
+            && let Some(nearest_w) = companion_w(returns_w(params, view), at_w)
+        {
+            self.entries += 1;
+            self.wall = Some(Pledge::begin(view.now, at_w, nearest_w, leader_w - at_w));
         }
         let vel_w = match params.avoidance {
             Avoidance::Voronoi => self.planes(params, leader, (walls, view)).nearest(wish_w),

@@ -101,7 +101,7 @@ fn equation_10_clips_both_ways_and_without_reverse_at_zero() {
         |params: &Params, force_mps2: f64| drive(params, Vec2::new(force_mps2, 1e3), Twist::ZERO, (&motion, TICK_S));
     assert_eq!(pushed(&params, 1e4), Twist::new(params.speed_mps, params.turn_radps));
     assert_eq!(pushed(&params, -1e4), Twist::new(-params.speed_mps, params.turn_radps));
-    assert_eq!(pushed(&Params { reverse: false, ..params }, -1e4).speed_mps, 0.0);
+    assert!(pushed(&Params { reverse: false, ..params }, -1e4).speed_mps.abs() < 1e-12);
 }
 
 #[test]
@@ -213,7 +213,7 @@ fn a_leader_waits_for_stragglers_only_if_it_is_to_lose_nobody() {
     assert!((speed(-1e4, false) - 0.8).abs() < 1e-12, "it does not wait");
     assert!((speed(-5.0, true) - 0.8).abs() < 1e-12);
     assert!(speed(-8.0, true) < 0.8);
-    assert_eq!(speed(-1e4, true), 0.0);
+    assert!(speed(-1e4, true).abs() < 1e-12);
 }
 
 #[test]

@@ -1,0 +1,117 @@
+//! Flocking in virtual time: the paper as printed, what ships, parties that meet, a leader that dies, real bodies.
+
+use drover_config::{Behaviour, Override, Swarm, load_swarm};
+use drover_swarm::{Fidelity, FlockFigures, FlockSwarm, Trial, TrialResult, run_trial, trial_of};
+use rayon::prelude::*;
+use std::path::Path;
+
+fn scene(name: &str, seed: u64, set: &[&str]) -> Swarm {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("config/swarms/flock_{name}.toml"));
+    let seed = format!("seed={seed}");
+    let set = set.iter().copied().chain([seed.as_str()]).map(|set| Override::parse(set).expect("sound"));
+    load_swarm(&path, &set.collect::<Vec<_>>()).unwrap_or_else(|problems| panic!("{problems}"))
+}
+
+fn run(name: &str, (seed, fidelity): (u64, Fidelity), set: &[&str]) -> TrialResult {
+    let swarm = scene(name, seed, set);
+    let mut trial = trial_of(&swarm, fidelity, None).expect("opens");
+    run_trial(&swarm, trial.as_mut(), &mut |_: &dyn Trial| true).expect("not interrupted")
+}
+
+fn all(name: &str, seeds: std::ops::Range<u64>, set: &[&str]) -> Vec<TrialResult> {
+    seeds.into_par_iter().map(|seed| run(name, (seed, Fidelity::Direct), set)).collect()
+}
+
+fn figures(run: &TrialResult) -> &FlockFigures {
+    run.flock.as_ref().expect("a flock")
+}
+
+#[test]
+fn what_ships_gets_out_of_every_trap_without_a_touch_and_in_order() {
+    for name in ["u", "t", "spiral", "comb", "forest", "mover"] {
+        for run in all(name, 100..110, &[]) {
+            let figures = figures(&run);
+            assert!(figures.success && run.touched == 0, "{name}: {run:?}");
+            assert!(figures.order >= 0.98, "{name}: {run:?}");
+        }
+    }
+}
+
+#[test]
+fn as_printed_robots_stay_behind_touch_walls_and_are_trapped_again() {
+    for name in ["u", "t"] {
+        let runs = all(name, 0..20, &["behaviour.mode=literal"]);
+        let succeed = runs.iter().filter(|run| figures(run).success).count();
+        assert!(succeed <= 10, "{name}: {succeed} of 20");
+        assert!(runs.iter().any(|run| run.touched > 0), "{name}: reversing blindly");
+        assert!(runs.iter().any(|run| figures(run).wall_entries > 10), "{name}: trapped again and again");
+        let without = all(name, 0..20, &["behaviour.walls=none"]);
+        assert!(without.iter().any(|run| !figures(run).success), "{name}: a trap that catches nobody");
+    }
+}
+
+#[test]
+fn with_the_papers_own_limits_of_turning_most_get_out() {
+    let limits = ["behaviour.turn_radps=0.31416", "behaviour.wall_turn_radps=26.2"];
+    let runs: Vec<TrialResult> =
+        ["u", "t", "spiral", "comb"].iter().flat_map(|name| all(name, 0..10, &limits)).collect();
+    let succeed = runs.iter().filter(|run| figures(run).success).count();
+    assert!(succeed >= 37 && runs.iter().all(|run| run.touched == 0), "{succeed} of 40");
+}
+
+#[test]
+fn two_flocks_that_meet_at_a_door_both_come_through() {
+    for run in all("headon", 100..108, &[]) {
+        let figures = figures(&run);
+        assert!(figures.success && run.touched == 0, "{run:?}");
+        assert!(figures.stuck_s <= 20.0 && figures.gave_way_s > 0.0, "{run:?}");
+    }
+}
+
+#[test]
+fn a_door_that_is_hardly_wider_than_a_robot_lets_most_through_and_hurts_nobody() {
+    let runs = all("door", 0..10, &[]);
+    let through: u64 = runs.iter().map(|run| 4 - figures(run).lost.min(4)).sum();
+    assert!(runs.iter().all(|run| run.touched == 0), "{runs:?}");
+    assert!(through >= 34, "{through} of 40 followers");
+}
+
+#[test]
+fn a_leader_that_is_to_lose_nobody_waits_even_for_slow_turners() {
+    let set = ["behaviour.turn_radps=0.31416", "behaviour.lose_nobody=true", "duration_s=240"];
+    let runs = all("spiral", 0..4, &set);
+    assert!(runs.iter().all(|run| figures(run).success), "{runs:?}");
+}
+
+/// Followers' mean way after their leader died at 5 s, from 10 s on to 40 s, metres.
+fn way_after_death_m(loss: &str) -> f64 {
+    let swarm = scene("forest", 1, &[&format!("behaviour.leader_loss={loss}")]);
+    let Behaviour::Flock(flock) = &swarm.behaviour else { panic!("a flock") };
+    let mut points = FlockSwarm::new(&swarm, flock);
+    let mean_m = |points: &FlockSwarm| (1..5).map(|robot| points.arena().path_m(robot)).sum::<f64>() / 4.0;
+    let until = |points: &mut FlockSwarm, time_s: f64| {
+        while points.now().as_secs_f64() < time_s {
+            points.step();
+        }
+    };
+    until(&mut points, 5.0);
+    points.kill(0);
+    until(&mut points, 10.0);
+    let before_m = mean_m(&points);
+    until(&mut points, 40.0);
+    mean_m(&points) - before_m
+}
+
+#[test]
+fn without_their_leader_followers_stop_or_elect_another() {
+    assert!(way_after_death_m("stop") < 1e-9);
+    assert!(way_after_death_m("elect") > 0.5, "half of what a leader drives in that time");
+}
+
+#[test]
+fn bodies_with_noisy_lidars_arrive_without_a_touch_over_the_wire() {
+    for name in ["scouts_u", "scouts_t", "scouts_door"] {
+        let run = run(name, (1, Fidelity::Wire), &[]);
+        assert!(run.reached && run.touched == 0, "{name}: {run:?}");
+    }
+}
