@@ -150,7 +150,7 @@ impl Sort {
             (swarm, Self::Swarm),
             (robot, Self::Robot),
             (count(&["drive", "body", "lidar", "sim"]), Self::Kind),
-            (count(&["polygons", "circles", "polylines", "map", "generate"]), Self::World),
+            (count(&["polygons", "circles", "polylines", "movers", "map", "generate"]), Self::World),
         ];
         let best = scores.into_iter().filter(|(score, _)| *score > 0).reduce(|a, b| if b.0 > a.0 { b } else { a });
         best.map(|(_, sort)| sort)

@@ -185,7 +185,8 @@ fn walls(table: &mut Table<'_>, literal: bool) -> Option<Walls> {
     let wall_turn_radps = table.derived_number("wall_turn_radps", 0.01..=200.0, "turn_radps (literal: 26.2)");
     let otherwise = if literal { Some(26.2) } else { turn_radps };
     let wall_turn_radps = wall_turn_radps.and_then(|turn| turn.or(otherwise));
-    // The paper keeps the distance that it had when the following began; what ships keeps half a margin more than it must.
+    // The paper keeps the distance that it had when the following began; what ships keeps half a margin more than it
+    // must.
     let wall_distance_m = table.number("wall_distance_m", 0.0..=100.0, Some(0.0));
     let avoid_m = table.number("avoid_m", 0.0..=100.0, Some(1.4));
     let deadlock_mps = table.number("deadlock_mps", 0.0001..=10.0, Some(0.05));

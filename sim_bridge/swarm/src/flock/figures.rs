@@ -36,8 +36,8 @@ pub struct FlockFigures {
     /// What a robot drove over the shortest way, around walls, from where it began to where its leader ended; the mean
     /// of all robots. None where no way is known.
     pub path_ratio: Option<f64>,
-    /// The longest time that a robot stayed within its radius of a place while its leader was not at its end, and did not
-    /// say that it gives way to others, s.
+    /// The longest time that a robot stayed within its radius of a place while its leader was not at its end, and did
+    /// not say that it gives way to others, s.
     pub stuck_s: f64,
     /// The longest time that a leader said to be giving way, s.
     pub gave_way_s: f64,

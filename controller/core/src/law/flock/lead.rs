@@ -3,8 +3,8 @@
 //! A leader is never taken by accident: a robot follows the leader that its file names, or, with
 //! `leader_loss = "elect"`, a mate of its party that *says* in its beacon that it leads itself. Of those who may, the
 //! file's leader comes first and then the lowest id. Who hears of no leader for `ELECT` and would be the first of those
-//! that it hears claims the lead; who leads and hears a claim that comes before its own gives it up. Two parts of a party
-//! that do not hear each other may have a leader each; they agree when they meet.
+//! that it hears claims the lead; who leads and hears a claim that comes before its own gives it up. Two parts of a
+//! party that do not hear each other may have a leader each; they agree when they meet.
 
 use super::{Params, is_mate};
 use crate::law::{View, leads};

@@ -5,10 +5,11 @@
 //! another paper's (Gao, Huang, Robot 26(2), 2004) that we do not have; ours is this: the target keeps a spacing ahead
 //! of the leader's foot on the leg and attracts with a constant force, so that it neither overshoots nor is lost; walls
 //! within S repel as in S. Ge, Y. Cui, "New potential functions for mobile robot path planning", IEEE Trans. Robotics
-//! and Automation 16(5), 2000: the repulsion is scaled by the distance to the end, or an end near a wall is not reached.
+//! and Automation 16(5), 2000: the repulsion is scaled by the distance to the end, or an end near a wall is not
+//! reached.
 //!
-//! **Waiting**: it never waits (invariant 5), unless it is asked to lose nobody: then a follower that is heard from some
-//! spacings beyond the flock's own reach slows the leader down, and at last stops it for as long as it takes.
+//! **Waiting**: it never waits (invariant 5), unless it is asked to lose nobody: then a follower that is heard from
+//! some spacings beyond the flock's own reach slows the leader down, and at last stops it for as long as it takes.
 //!
 //! **Giving way**: of two parties that come head-on, the one whose leader has the higher id goes aside, to its right,
 //! until the other has passed; and so its followers do, who flock around it.
@@ -23,8 +24,8 @@ use drover_config::{Flock, FlockMode, LeaderWay};
 use drover_contract::{RobotId, Stamp, Twist, Vec2};
 use std::time::Duration;
 
-/// With `lose_nobody`, a follower farther away than the flock's own reach and the first so many spacings slows the leader
-/// down; at the second it stands.
+/// With `lose_nobody`, a follower farther away than the flock's own reach and the first so many spacings slows the
+/// leader down; at the second it stands.
 const NEAR_SPACINGS: f64 = 2.0;
 const LOST_SPACINGS: f64 = 5.0;
 /// Another party's leader nearer than this many spacings, that comes our way, is made way for; going aside by so many.
@@ -32,8 +33,8 @@ const MEET_SPACINGS: f64 = 10.0;
 const ASIDE_SPACINGS: f64 = 4.0;
 /// Who comes within this many spacings of our place, across its way, meets us.
 const LANE_SPACINGS: f64 = 3.0;
-/// The others have passed when the last of them is no more than so many spacings before us: until we are back in its lane
-/// it is through.
+/// The others have passed when the last of them is no more than so many spacings before us: until we are back in its
+/// lane it is through.
 const CLEAR_SPACINGS: f64 = 2.0;
 /// Nobody is given way to for longer: the other may be stuck itself.
 const ASIDE_MAX: Duration = Duration::from_secs(60);

@@ -17,8 +17,8 @@ const SHARES: [f64; 5] = [1.0, 0.75, 0.5, 0.25, 0.0];
 /// Links are kept that much shorter than the range, as a share of it: rounding adds up.
 const LINK_SLACK: f64 = 1e-5;
 
-/// The last layer keeps this share of the margin, and laws all of it: who obeys its law is not held up by the last layer
-/// where beams 10 degrees apart show a corner a little off.
+/// The last layer keeps this share of the margin, and laws all of it: who obeys its law is not held up by the last
+/// layer where beams 10 degrees apart show a corner a little off.
 const GUARDED: f64 = 2.0 / 3.0;
 
 /// One robot as it is.

@@ -21,8 +21,8 @@
 //!
 //! **Cost**: one pass over the neighbours and one over the beams; along a wall, beams times directions.
 //!
-//! **Cannot solve**: the leader is not heard, or is stopped for good: [`Outcome::Stale`]; the supervisor holds the robot
-//! until the leader is back, or, with `leader_loss = "elect"`, until another has explicitly taken the lead.
+//! **Cannot solve**: the leader is not heard, or is stopped for good: [`Outcome::Stale`]; the supervisor holds the
+//! robot until the leader is back, or, with `leader_loss = "elect"`, until another has explicitly taken the lead.
 
 mod arrival;
 mod deadlock;

@@ -47,8 +47,8 @@ impl Planes {
         &self.all[..self.count]
     }
 
-    /// The allowed velocity nearest to `wish`, of the candidates a plane program has: the wish, its foot on each border,
-    /// the corners. Where nothing is allowed, who has to back off need not, and standing is allowed.
+    /// The allowed velocity nearest to `wish`, of the candidates a plane program has: the wish, its foot on each
+    /// border, the corners. Where nothing is allowed, who has to back off need not, and standing is allowed.
     pub(super) fn nearest(&self, wish: Vec2) -> Vec2 {
         let planes = self.as_slice();
         if let Some(best) = nearest_of(planes, wish) {

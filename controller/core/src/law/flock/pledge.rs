@@ -5,7 +5,8 @@
 //! is the wall's new nearest place, the virtual accompanying robot. A wall that is lost is remembered for a while.
 //! **Exit**: c, the unwrapped angle from the attractor's bearing to the way, begins on the wall's side; when it is
 //! undone the robot heads for the attractor without having turned once more round the obstacle than out of it (the
-//! Pledge algorithm: H. Abelson, A. diSessa, "Turtle Geometry", 1981). The attractor may move: c counts its turning too.
+//! Pledge algorithm: H. Abelson, A. diSessa, "Turtle Geometry", 1981). The attractor may move: c counts its turning
+//! too.
 
 use drover_contract::math::{atan2, cos, sin};
 use drover_contract::{Stamp, Vec2, wrap};

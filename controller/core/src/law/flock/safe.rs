@@ -2,7 +2,8 @@
 //!
 //! **Flocking**: the velocity at which the forces of (4) balance, v_L + (F + dv_L/dt) / k, within what walls and peers
 //! leave open ([`super::planes`]); the robot turns towards it and drives forwards. The leader's pull does not fade: it
-//! grows until the straggler comes as fast as it can. Robots that follow a wall, and those of other parties, only repel.
+//! grows until the straggler comes as fast as it can. Robots that follow a wall, and those of other parties, only
+//! repel.
 //!
 //! **Trap**: walls, and not peers, have kept the robot from its wish for `deadlock_s`. **Wall following**:
 //! [`super::pledge`], with the leader as the attractor that moves.
@@ -41,8 +42,8 @@ const AGAINST: f64 = 0.3;
 const STANDS: f64 = 0.1;
 /// Who turns on the spot faster than this share of what it can does not stand.
 const TURNS: f64 = 0.5;
-/// Who has stood along a wall for so long goes round whoever is in its way, whoever has the right of way; and then turns
-/// round, seconds.
+/// Who has stood along a wall for so long goes round whoever is in its way, whoever has the right of way; and then
+/// turns round, seconds.
 const PATIENCE_S: f64 = 2.0;
 const TURN_ROUND_S: f64 = 15.0;
 /// What lies farther off the heading than this is behind, radians.
@@ -219,8 +220,8 @@ impl Safe {
     }
 }
 
-/// The pull of the leader, beyond its repulsion: as (5) up to where that is strongest, sqrt(3) L, and beyond the flock's
-/// own reach growing, critically damped, up to what asks for full speed.
+/// The pull of the leader, beyond its repulsion: as (5) up to where that is strongest, sqrt(3) L, and beyond the
+/// flock's own reach growing, critically damped, up to what asks for full speed.
 fn pull_w(params: &Params, to_aim: Vec2, spread_m: f64) -> Vec2 {
     let apart_m = to_aim.norm();
     if apart_m <= params.spacing_m {
