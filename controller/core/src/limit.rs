@@ -3,7 +3,20 @@
 //! Always yields a bounded command: with a span of zero (or a clock that ran backwards) the command before is kept,
 //! within the limits. A request that is not finite stays so; the supervisor refuses it.
 
+use drover_config::Motion;
 use drover_contract::{Limits, Twist};
+
+/// What the body of a kind can follow.
+pub(crate) fn limits_of(motion: &Motion) -> Limits {
+    Limits {
+        speed_mps_max: motion.speed_mps_max,
+        reverse_mps_max: motion.reverse_mps_max,
+        yaw_rate_radps_max: motion.yaw_rate_radps_max,
+        accel_mps2_max: motion.accel_mps2_max,
+        brake_mps2: motion.brake_mps2,
+        yaw_accel_radps2_max: motion.yaw_accel_radps2_max,
+    }
+}
 
 /// `request`, changed from `before` (the command before) by no more than the limits allow in `dt_s` seconds.
 pub(crate) fn limit(request: Twist, before: Twist, limits: &Limits, dt_s: f64) -> Twist {

@@ -3,7 +3,7 @@
 use crate::cadence::{Beat, Cadence};
 use crate::estimate::{Estimate, Motion};
 use crate::law::{Law, Outcome, View};
-use crate::limit::limit;
+use crate::limit::{limit, limits_of};
 use crate::links::LinkPeer;
 use crate::mailbox::Mailbox;
 use crate::peers::{Body, Neighbour, Peers, Roster};
@@ -361,16 +361,8 @@ fn mount_of(mount: &Mount) -> Isometry2<f64> {
 
 fn guard_params(file: &RobotFile, tick: Duration) -> GuardParams {
     let motion = file.kind.motion;
-    let limits = Limits {
-        speed_mps_max: motion.speed_mps_max,
-        reverse_mps_max: motion.reverse_mps_max,
-        yaw_rate_radps_max: motion.yaw_rate_radps_max,
-        accel_mps2_max: motion.accel_mps2_max,
-        brake_mps2: motion.brake_mps2,
-        yaw_accel_radps2_max: motion.yaw_accel_radps2_max,
-    };
     GuardParams {
-        limits,
+        limits: limits_of(&motion),
         radius_m: file.kind.body.radius_m,
         margin_m: motion.margin_m,
         latency_s: LATENCY_S,

@@ -50,6 +50,13 @@ pub(crate) struct Neighbour {
     pub(crate) radius_m: f64,
 }
 
+impl Neighbour {
+    /// Its velocity, world frame.
+    pub(crate) fn vel_w(&self) -> Vec2 {
+        self.pose_wb.heading() * self.twist_b.speed_mps
+    }
+}
+
 /// A peer's body, for collision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Body {

@@ -23,7 +23,9 @@ pub struct FlockSwarm {
     round_due: Stamp,
     arena: Arena,
     mind: FlockLockstep,
+    /// What does not move, `standing_walls` of them; then what does, as of this period, and the dead.
     walls: Vec<Capsule>,
+    standing_walls: usize,
     solid: bool,
     ids: Vec<u32>,
     radii_m: Vec<f64>,
@@ -47,13 +49,15 @@ impl FlockSwarm {
             ..Status::first(Stamp::ZERO, body.start)
         };
         let mount = |body: &BodySpec| Pose::new(body.lidar.mount.x_m, body.lidar.mount.y_m, body.lidar.mount.yaw_rad);
+        let walls = capsules(arena.walls());
         Self {
             now: Stamp::ZERO,
             step: Duration::from_millis(u64::from(swarm.step_ms.max(1))),
             period: Duration::from_secs_f64(flock.period_s),
             round_due: Stamp::ZERO,
             mind: FlockLockstep::new(flock, swarm.robots.iter().map(|robot| RobotId(robot.id)).zip(kinds())),
-            walls: capsules(arena.walls()),
+            standing_walls: walls.len(),
+            walls,
             arena,
             solid: flock.solid,
             ids: swarm.robots.iter().map(|robot| robot.id).collect(),
@@ -81,9 +85,12 @@ impl FlockSwarm {
             self.alive[robot].then_some(FlockMember { pose_wb: state.pose_wb, twist_b: self.demands[robot] })
         };
         let members: Vec<Option<FlockMember>> = (0..self.alive.len()).map(member).collect();
-        let movers = self.arena.movers().map(|(centre_w, radius_m)| Capsule::disc(centre_w, radius_m));
-        let walls: Vec<Capsule> = self.walls.iter().copied().chain(movers).collect();
-        let scene = FlockScene { now: self.now, members: &members, returns_b: &self.returns_b, walls: &walls };
+        self.walls.truncate(self.standing_walls);
+        self.walls.extend(self.arena.movers().map(|(centre_w, radius_m)| Capsule::disc(centre_w, radius_m)));
+        let dead = (0..self.alive.len()).filter(|robot| !self.alive[*robot]);
+        let body = |robot| Capsule::disc(self.arena.state(robot).pose_wb.position(), self.radii_m[robot]);
+        self.walls.extend(dead.map(body));
+        let scene = FlockScene { now: self.now, members: &members, returns_b: &self.returns_b, walls: &self.walls };
         for (robot, (twist, changed)) in self.mind.round(&scene).into_iter().enumerate() {
             self.demands[robot] = twist;
             self.note(robot, twist, changed);
@@ -108,7 +115,7 @@ impl FlockSwarm {
         status.peers_heard = self.alive.iter().filter(|alive| **alive).count().saturating_sub(1);
     }
 
-    /// What each laser shows that is no robot's body.
+    /// What each laser shows that is no living robot's body.
     fn look(&mut self) {
         let at_w: Vec<Vec2> = self.at_w().collect();
         for robot in 0..self.alive.len() {
@@ -126,7 +133,7 @@ impl FlockSwarm {
             let is_wall = |point_b: &Vec2| {
                 let point_w = pose_wb.transform(*point_b);
                 let on = |(other_w, radius_m): (&Vec2, &f64)| (point_w - other_w).norm() <= radius_m * 1.01 + ON_RIM_M;
-                !at_w.iter().zip(&self.radii_m).any(on)
+                !at_w.iter().zip(&self.radii_m).zip(&self.alive).any(|(body, alive)| *alive && on(body))
             };
             self.returns_b[robot].clear();
             self.returns_b[robot].extend(hits.filter(is_wall));

@@ -11,8 +11,9 @@
 //! **Waiting**: it never waits (invariant 5), unless it is asked to lose nobody: then a follower that is heard from
 //! some spacings beyond the flock's own reach slows the leader down, and at last stops it for as long as it takes.
 //!
-//! **Giving way**: of two parties that come head-on, the one whose leader has the higher id goes aside, to its right,
-//! until the other has passed; and so its followers do, who flock around it.
+//! **Giving way**: of two parties that come head-on, the one whose leader has the higher id goes aside, to the
+//! side of the other's way that it is on, until that one has passed; and so its followers do, who flock around it. It
+//! gives way to each leader once.
 
 use super::laser::{companion_w, returns_w};
 use super::route::Route;
@@ -122,8 +123,7 @@ impl Leader {
             let near_end = ((end_w - at_w).norm() / params.spacing_m).min(1.0);
             vel_w += away * (cruise_mps / r_m * (s_m / r_m - 1.0) * near_end);
         }
-        let most_mps = cruise_mps;
-        Some(if vel_w.norm() > most_mps { vel_w * (most_mps / vel_w.norm()) } else { vel_w })
+        Some(vel_w.cap_magnitude(cruise_mps))
     }
 
     /// Begin to give way, or end it.
@@ -158,8 +158,7 @@ const AIM: f64 = 2.0 / 3.0;
 
 /// Where to go if `peer` comes our way.
 fn aside_of(params: &Params, at_w: Vec2, peer: &Neighbour, now: Stamp) -> Option<Aside> {
-    let vel_w = peer.pose_wb.heading() * peer.twist_b.speed_mps;
-    let their_way_w = vel_w.try_normalize(0.1 * params.leader_speed_mps)?;
+    let their_way_w = peer.vel_w().try_normalize(0.1 * params.leader_speed_mps)?;
     let apart = at_w - peer.pose_wb.position();
     let (ahead_m, across_m) = (apart.dot(&their_way_w), their_way_w.perp(&apart));
     let lane_m = LANE_SPACINGS * params.spacing_m;

@@ -3,8 +3,7 @@
 //! **Readings.** N_i is everybody of the party that is heard. A wall within S repels with the pair potential, L = S,
 //! from its nearest return: the paper leaves this open. What of [5] would avoid robots is rigid-body contact: a wall
 //! follower waits for whoever is within D ahead. The wall mode turns as fast as it likes (15 degrees every 10 ms) and
-//! goes where it looks. The attractor r_c is the middle of the robots that are still flocking, or the leader if there
-//! are none. Each of the repairs can be switched on by itself, which is what the comparison's rows do.
+//! goes where it looks. The attractor r_c is the middle of the robots that are still flocking, the leader among them. Each of the repairs can be switched on by itself, which is what the comparison's rows do.
 
 use super::deadlock::{Displacement, refractory_over};
 use super::laser::{companion_w, returns_w, wall_direction_w};
@@ -122,8 +121,8 @@ fn force_w(params: &Params, leader: &Neighbour, nearest_w: Option<Vec2>, view: &
     sum_w
 }
 
-/// r_c: the middle of those of the party that are still flocking (errata: divided by their number); the leader if there
-/// is nobody else.
+/// r_c: the middle of those of the party that are still flocking, the leader among them (errata: divided by their
+/// number).
 fn attractor_w(params: &Params, leader: &Neighbour, view: &View<'_>) -> Vec2 {
     let flocking = view.neighbours.iter().filter(|peer| is_mate(params, peer) && peer.leader == Some(params.leader));
     let (sum_w, count) =
@@ -201,18 +200,10 @@ impl Wall {
         let pose_wb = view.motion.pose_wb;
         let to_wall = self.companion_w - pose_wb.position();
         let heading_w = pose_wb.heading();
+        let forwards_w = if params.side_latch { self.side.along_w(to_wall) } else { heading_w };
         let along_w = match wall_direction_w(returns_w(params, view)) {
-            Some(along_w) if params.side_latch => {
-                let latched_w = self.side.along_w(to_wall);
-                if along_w.dot(&latched_w) >= 0.0 { along_w } else { -along_w }
-            }
-            Some(along_w) => {
-                if along_w.dot(&heading_w) >= 0.0 {
-                    along_w
-                } else {
-                    -along_w
-                }
-            }
+            Some(along_w) if along_w.dot(&forwards_w) < 0.0 => -along_w,
+            Some(along_w) => along_w,
             None => heading_w,
         };
         if to_wall.norm() >= self.distance_m {

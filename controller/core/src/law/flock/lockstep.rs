@@ -8,6 +8,7 @@ use crate::avoid::{Capsule, Disc, SafeSet, SafeSetParams};
 use crate::deploy::{Graph, KeptGraph};
 use crate::estimate::Motion;
 use crate::law::{Outcome, View};
+use crate::limit::limits_of;
 use crate::peers::Neighbour;
 use drover_config::{Flock, FlockGuard, Kind};
 use drover_contract::{BehaviourState, Limits, Pose, RobotId, Stamp, Twist, Vec2};
@@ -83,7 +84,7 @@ impl FlockLockstep {
             };
             let law = Flocker::new(flock, kind, id, period_s);
             let radius_m = kind.body.radius_m;
-            Robot { id, law, limits: limits_of(kind), radius_m, safe, accel: Accel::default() }
+            Robot { id, law, limits: limits_of(&kind.motion), radius_m, safe, accel: Accel::default() }
         };
         Self { robots: robots.map(robot).collect(), guard: flock.guard, link_range_m: flock.link_range_m, period_s }
     }
@@ -197,16 +198,4 @@ fn held(wish: Twist, pose_wb: Pose, set: &SafeSet, dt_s: f64) -> Twist {
     let slower = SHARES.map(|share| Twist::new(wish.speed_mps * share, wish.yaw_rate_radps));
     let allowed = |twist: &Twist| set.allows(pose_wb.advance(*twist, dt_s).position());
     slower.into_iter().find(allowed).unwrap_or(Twist::new(0.0, wish.yaw_rate_radps))
-}
-
-fn limits_of(kind: &Kind) -> Limits {
-    let motion = kind.motion;
-    Limits {
-        speed_mps_max: motion.speed_mps_max,
-        reverse_mps_max: motion.reverse_mps_max,
-        yaw_rate_radps_max: motion.yaw_rate_radps_max,
-        accel_mps2_max: motion.accel_mps2_max,
-        brake_mps2: motion.brake_mps2,
-        yaw_accel_radps2_max: motion.yaw_accel_radps2_max,
-    }
 }

@@ -23,7 +23,7 @@ use crate::law::View;
 use crate::peers::Neighbour;
 use drover_config::{Avoidance, WallFollowing};
 use drover_contract::math::atan2;
-use drover_contract::{Pose, Stamp, Twist, Vec2, wrap};
+use drover_contract::{Stamp, Twist, Vec2, wrap};
 use std::f64::consts::{PI, TAU};
 
 /// What a wall lets through of a wish, as a share: below this the wall is in the way.
@@ -120,15 +120,14 @@ impl Safe {
     /// What optimal reciprocal collision avoidance leaves of a wish.
     fn orca_w(&mut self, params: &Params, wish_w: Vec2, view: &View<'_>) -> Vec2 {
         let at_w = view.motion.pose_wb.position();
-        let vel_w = |pose_wb: Pose, twist_b: Twist| pose_wb.heading() * twist_b.speed_mps;
         let near = view.neighbours.iter().filter(|peer| (peer.pose_wb.position() - at_w).norm() < 4.0 * params.avoid_m);
         let peers = near.map(|peer| OrcaPeer {
             pos_w: peer.pose_wb.position(),
-            vel_w: vel_w(peer.pose_wb, peer.twist_b),
+            vel_w: peer.vel_w(),
             radius_m: peer.radius_m + params.margin_m,
         });
         let walls = companion_w(returns_w(params, view), at_w).map(|place_w| Capsule::disc(place_w, 0.0));
-        let own_w = vel_w(view.motion.pose_wb, view.motion.twist_b);
+        let own_w = view.motion.pose_wb.heading() * view.motion.twist_b.speed_mps;
         let orca = self.orca.get_or_insert_with(|| Box::new(Orca::new(params.orca(view.dt_s))));
         orca.velocity((at_w, own_w), wish_w, peers, walls.into_iter())
     }
@@ -146,10 +145,8 @@ impl Safe {
             }
         }
         force_w += pull_w(params, leader.pose_wb.position() - at_w, spread_m(params, view));
-        let leader_w = leader.pose_wb.heading() * leader.twist_b.speed_mps;
-        let wish_w = leader_w + force_w / params.damping_per_s;
-        let most_mps = params.speed_mps.min(view.limits.speed_mps_max);
-        if wish_w.norm() > most_mps { wish_w * (most_mps / wish_w.norm()) } else { wish_w }
+        let wish_w = leader.vel_w() + force_w / params.damping_per_s;
+        wish_w.cap_magnitude(params.speed_mps.min(view.limits.speed_mps_max))
     }
 
     /// The way along the wall; none when the trap is left.
@@ -213,7 +210,7 @@ impl Safe {
             let yields = params.right_of_way && (!self.on_wall() || jammed) && first && is_mate(params, peer);
             let room_m = if yields { gap_m - params.radius_m } else { gap_m };
             // Who goes away makes room: a column drives as fast as its head.
-            let leaves_mps = (peer.pose_wb.heading() * peer.twist_b.speed_mps).dot(&normal_w).max(0.0);
+            let leaves_mps = peer.vel_w().dot(&normal_w).max(0.0);
             planes.push(Plane { normal_w, most_mps: room_m / 2.0 / params.settle_s + leaves_mps });
         }
         planes
