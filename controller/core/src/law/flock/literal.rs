@@ -3,7 +3,8 @@
 //! **Readings.** N_i is everybody of the party that is heard. A wall within S repels with the pair potential, L = S,
 //! from its nearest return: the paper leaves this open. What of [5] would avoid robots is rigid-body contact: a wall
 //! follower waits for whoever is within D ahead. The wall mode turns as fast as it likes (15 degrees every 10 ms) and
-//! goes where it looks. The attractor r_c is the middle of the robots that are still flocking, the leader among them. Each of the repairs can be switched on by itself, which is what the comparison's rows do.
+//! goes where it looks. The attractor r_c is the middle of the robots that are still flocking, the leader among them.
+//! Each of the repairs can be switched on by itself, which is what the comparison's rows do.
 
 use super::deadlock::{Displacement, refractory_over};
 use super::laser::{companion_w, returns_w, wall_direction_w};

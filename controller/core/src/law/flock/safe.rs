@@ -34,11 +34,15 @@ const WISH: f64 = 0.2;
 const WISH_STANDING: f64 = 1.0;
 /// The way along a wall is looked along for this share of the distance to it.
 const LOOK: f64 = 0.9;
-/// Peers beyond so many spacings do not attract: a large flock would be pressed together by its own size.
-const ATTRACT_SPACINGS: f64 = 2.5;
+/// The attraction of peers fades from the first to the second, spacings.
+const FADES: f64 = 1.5;
+const ENDS: f64 = 2.5;
 /// A peer comes towards us if it looks against our way by more than this share.
 const AGAINST: f64 = 0.3;
-/// Slower than this share of the speed along walls, a robot stands.
+/// Behind a leader that stands, this share of its speed is taken off every wish: a flock comes to rest and does not
+/// dither.
+const AT_REST: f64 = 0.4;
+/// Slower than this share of the speed along walls, or of its own, a robot stands.
 const STANDS: f64 = 0.1;
 /// Who turns on the spot faster than this share of what it can does not stand.
 const TURNS: f64 = 0.5;
@@ -46,6 +50,8 @@ const TURNS: f64 = 0.5;
 /// turns round, seconds.
 const PATIENCE_S: f64 = 2.0;
 const TURN_ROUND_S: f64 = 15.0;
+/// Towards a velocity of this share of the leader's, and any faster one, a robot turns as fast as it can.
+const TURNS_FULLY: f64 = 0.1;
 /// What lies farther off the heading than this is behind, radians.
 const BEHIND_RAD: f64 = 2.6;
 /// A way that brushes past a peer brings the two no nearer than this share of their distance.
@@ -139,14 +145,14 @@ impl Safe {
         for peer in view.neighbours {
             let apart_w = at_w - peer.pose_wb.position();
             let flocks = is_mate(params, peer) && peer.leader == Some(params.leader) && peer.id != params.leader;
-            let reach_m = if flocks { ATTRACT_SPACINGS * params.spacing_m } else { params.spacing_m };
-            if apart_w.norm() < reach_m {
-                force_w += pair_force(params.gain, params.spacing_m, apart_w);
-            }
+            force_w +=
+                pair_force(params.gain, params.spacing_m, apart_w) * weight(apart_w.norm() / params.spacing_m, flocks);
         }
         force_w += pull_w(params, leader.pose_wb.position() - at_w, spread_m(params, view));
         let wish_w = leader.vel_w() + force_w / params.damping_per_s;
-        wish_w.cap_magnitude(params.speed_mps.min(view.limits.speed_mps_max))
+        let idle_mps = if stands(params, leader) { AT_REST * params.leader_speed_mps } else { 0.0 };
+        let most_mps = params.speed_mps.min(view.limits.speed_mps_max);
+        wish_w.cap_magnitude((wish_w.norm() - idle_mps).clamp(0.0, most_mps))
     }
 
     /// The way along the wall; none when the trap is left.
@@ -215,6 +221,16 @@ impl Safe {
         }
         planes
     }
+}
+
+/// How much of the pair force counts at a distance of so many spacings: all repulsion, and of those who flock the
+/// attraction, which fades: a large flock would be pressed together by its own size.
+fn weight(spacings: f64, flocks: bool) -> f64 {
+    if spacings <= 1.0 {
+        return 1.0;
+    }
+    let faded = ((spacings - FADES) / (ENDS - FADES)).clamp(0.0, 1.0);
+    if flocks { 1.0 - faded } else { 0.0 }
 }
 
 /// The pull of the leader, beyond its repulsion: as (5) up to where that is strongest, sqrt(3) L, and beyond the
@@ -289,17 +305,19 @@ pub(super) fn wall_planes(params: &Params, view: &View<'_>) -> Planes {
 /// Whether walls, even if there were no peers, would let too little through of a wish.
 fn are_in_the_way(params: &Params, wish_w: Vec2, walls: &Planes, leader: &Neighbour) -> bool {
     let wish_mps = wish_w.norm();
-    let leader_stands = leader.twist_b.speed_mps.abs() < 0.1 * params.leader_speed_mps;
-    let share = if leader_stands { WISH_STANDING } else { WISH };
+    let share = if stands(params, leader) { WISH_STANDING } else { WISH };
     wish_mps >= share * params.leader_speed_mps && walls.nearest(wish_w).dot(&wish_w) / (wish_mps * wish_mps) < THROUGH
+}
+
+/// Whether a leader stands.
+fn stands(params: &Params, leader: &Neighbour) -> bool {
+    leader.twist_b.speed_mps.abs() < STANDS * params.leader_speed_mps
 }
 
 /// Turn towards a velocity and drive forwards as far as it lies ahead.
 pub(super) fn track(params: &Params, vel_w: Vec2, turn_radps: f64, view: &View<'_>) -> Twist {
-    let speed_mps = vel_w.norm();
-    if speed_mps < 0.02 * params.leader_speed_mps {
-        return Twist::ZERO;
-    }
+    // Next to nothing has no direction that is worth a turn.
+    let meant = (vel_w.norm() / (TURNS_FULLY * params.leader_speed_mps)).min(1.0);
     let yaw_rad = view.motion.pose_wb.yaw_rad;
     let off_rad = wrap(atan2(vel_w.y, vel_w.x) - yaw_rad);
     let ahead = vel_w.dot(&view.motion.pose_wb.heading());
@@ -309,5 +327,5 @@ pub(super) fn track(params: &Params, vel_w: Vec2, turn_radps: f64, view: &View<'
     let goes_on = off_rad.abs() > BEHIND_RAD && off_rad * view.motion.twist_b.yaw_rate_radps < 0.0;
     let off_rad = if goes_on { off_rad - off_rad.signum() * TAU } else { off_rad };
     let speed_mps = if backwards { ahead } else { ahead.max(0.0) };
-    Twist::new(speed_mps, (off_rad / params.turn_s).clamp(-turn_radps, turn_radps))
+    Twist::new(speed_mps, (off_rad / params.turn_s).clamp(-turn_radps, turn_radps) * meant)
 }
