@@ -14,6 +14,7 @@ mod law;
 mod limit;
 pub mod links;
 mod mailbox;
+pub mod map;
 mod node;
 mod peers;
 mod sight;
