@@ -9,6 +9,7 @@ mod boxes;
 mod check;
 mod crowd;
 mod deploy;
+mod explore;
 mod flock;
 mod generate;
 mod geometry;
@@ -39,6 +40,9 @@ mod tests;
 pub use behaviour::{Behaviour, Diffuse};
 pub use deploy::{
     Assignment, Deploy, DeployGuard, DeployMode, DeploySteer, Escape, Exchange, Forces, KeptLinks, Rotation,
+};
+pub use explore::{
+    AffinityReading, CandidateValue, Explore, ExploreMethod, Finish, MapExchange, Suppression,
 };
 pub use flock::{Avoidance, Flock, FlockGuard, FlockMode, LeaderLoss, LeaderWay, Party, WallFollowing};
 pub use kind::{AgilexModel, Body, Drive, Kind, Lidar, LidarLink, Motion, Mount, Sim, SimMotion, Timeouts};
