@@ -7,6 +7,7 @@ mod bringup;
 mod contest;
 mod convoy;
 mod deploy;
+mod explore;
 mod flock;
 mod latency;
 mod machine;
@@ -22,6 +23,7 @@ pub use convoy::convoy;
 pub use deploy::{
     DeployCostRow, DeployPlan, DeployResult, DeployRow, DeployRun, DeployScene, DeploySummary, deploy, deploy_ways,
 };
+pub use explore::{ExploreContender, ExploreCostRow, ExplorePlan, ExploreResult, ExploreScene, explore};
 pub use flock::{
     FlockContender, FlockCostRow, FlockPlan, FlockRefusal, FlockResult, FlockRun, FlockScene, FlockSummary, flock,
     flock_ways,

@@ -1,6 +1,7 @@
 //! What a swarm is to do.
 
 use crate::deploy::{Assignment, Deploy};
+use crate::explore::Explore;
 use crate::flock::Flock;
 use serde::Serialize;
 
@@ -14,6 +15,8 @@ pub enum Behaviour {
     Diffuse(Diffuse),
     /// Deployment to a layout, connected at every moment (Fan 2010).
     Deploy(Deploy),
+    /// Exploration of a place that nobody knows (Wu 2008).
+    Explore(Explore),
 }
 
 impl Behaviour {

@@ -9,8 +9,6 @@ pub struct Explore {
     pub method: ExploreMethod,
     /// What a classical method weighs against the way to a candidate.
     pub value: CandidateValue,
-    /// How robots learn what others have seen.
-    pub exchange: MapExchange,
     /// Side of a cell, metres.
     pub cell_m: f64,
     /// A simulated point takes one step, to one of the eight neighbours, in this time, s.
@@ -99,16 +97,6 @@ pub enum CandidateValue {
     Cost,
 }
 
-/// How robots learn what others have seen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum MapExchange {
-    /// One map that all share at every moment.
-    Ideal,
-    /// Each robot's own log of what it has seen, passed on between all that hear each other.
-    Deltas,
-}
-
 /// How affinity is brought within 0 and 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -148,7 +136,6 @@ impl Explore {
         Self {
             method,
             value: CandidateValue::Affinity,
-            exchange: MapExchange::Ideal,
             cell_m: 1.0,
             step_s: 1.0,
             reach_cells: 2,

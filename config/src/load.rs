@@ -248,6 +248,10 @@ fn check_behaviour(
             checker.deploy(deploy, used.clone(), parts.beacon.as_ref());
             return check_deployment(checker, deploy, parts, (reach_m_max(used), walls));
         }
+        Some(Behaviour::Explore(explore)) => {
+            checker.exploration(explore, used);
+            return parts.world.iter().for_each(|world| checker.board(explore, world));
+        }
         None => return,
     };
     let ids: Vec<u32> = parts.robots.iter().filter_map(|robot| robot.id).collect();
@@ -342,6 +346,7 @@ fn check_robot_file(checker: &mut Checker<'_>, parts: &RobotFileParts) {
             let reach_m = reach_m_beside(reach_m_max(kind.iter()), parts.peers.iter().map(|(_, peer)| peer));
             checker.layout(deploy, 1 + parts.peers.len(), reach_m);
         }
+        Some(Behaviour::Explore(explore)) => checker.exploration(explore, kind.iter()),
         None => {}
     }
 }

@@ -4,8 +4,8 @@ use crate::exit::Exit;
 use crate::meter;
 use anyhow::Context;
 use drover_bench::{
-    Conditions, DeployPlan, DeployResult, FlockPlan, FlockResult, LatencyResult, RecordResult, SimResult, Ways,
-    bringup, convoy, deploy, deploy_ways, flock, flock_ways, latency, rays, record, sim,
+    Conditions, DeployPlan, DeployResult, ExplorePlan, FlockPlan, FlockResult, LatencyResult, RecordResult, SimResult,
+    Ways, bringup, convoy, deploy, deploy_ways, explore, flock, flock_ways, latency, rays, record, sim,
 };
 use drover_config::{Links, Problems, Swarm, load_swarm};
 use drover_contract::{Pose, Twist};
@@ -29,7 +29,8 @@ pub(crate) struct Arguments {
     #[arg(long)]
     quick: bool,
     /// The swarm whose kinds and behaviour are used: config/swarms/first.toml, or ten.toml for record, unless given;
-    /// for deploy and flock the only scene, instead of config/swarms/deploy_*.toml or flock_*.toml
+    /// for deploy, flock and explore the only scene, instead of config/swarms/deploy_*.toml, flock_*.toml,
+    /// explore_*.toml
     #[arg(long)]
     swarm: Option<PathBuf>,
     /// The MAVLink kind of that swarm to measure with
@@ -38,7 +39,7 @@ pub(crate) struct Arguments {
     /// Robots at most
     #[arg(long, default_value_t = 100)]
     robots: u32,
-    /// Seeds of each row's runs, without B: 0..20 unless given for deploy, 0..40 for flock
+    /// Seeds of each row's runs, without B: 0..20 unless given, 0..40 for flock
     #[arg(long, value_name = "A..B", value_parser = seeds)]
     seeds: Option<Range<u64>>,
     /// Draw what is measured against a number of robots or of runs, and for deploy and flock the robots' ways, as SVG
@@ -67,12 +68,16 @@ enum Name {
     Deploy,
     /// Flocking: the paper's, repairs of it, ours, its parts, on the same scenes and seeds; what a decision costs
     Flock,
+    /// Exploration: the paper's, without its parts, classical methods, ours, on the same places and starts; what a
+    /// decision costs
+    Explore,
 }
 
 pub(crate) fn execute(arguments: &Arguments) -> Exit {
     let measured = match arguments.name {
         Name::Deploy => measure_deploy(arguments),
         Name::Flock => measure_flock(arguments),
+        Name::Explore => measure_explore(arguments),
         Name::Rays => {
             show(&rays(arguments.quick), arguments.json);
             Ok(())
@@ -106,7 +111,7 @@ fn measure_with_template(arguments: &Arguments) -> anyhow::Result<()> {
             show(&result, arguments.json);
             draw(arguments, "sim", &sim_chart(&result))?;
         }
-        Name::Rays | Name::Deploy | Name::Flock => {} // they need none
+        Name::Rays | Name::Deploy | Name::Flock | Name::Explore => {} // they need none
     }
     Ok(())
 }
@@ -272,6 +277,12 @@ fn measure_flock(arguments: &Arguments) -> anyhow::Result<()> {
         draw(arguments, "flock_cost", &flock_chart(&result))?;
     }
     flock_ways(&plan, &result)?.iter().try_for_each(|ways| draw_ways(folder, ways))
+}
+
+fn measure_explore(arguments: &Arguments) -> anyhow::Result<()> {
+    let plan = ExplorePlan::new(arguments.swarm.as_deref(), arguments.seeds.clone(), arguments.quick)?;
+    show(&counted(plan.runs(), |on_run| explore(&plan, on_run))?, arguments.json);
+    Ok(())
 }
 
 /// `measure`, which tells of every run that has ended, behind a bar of so many.

@@ -26,7 +26,7 @@ fn mirrored(swarm: &Swarm) -> Swarm {
         Behaviour::Flock(flock) => {
             flock.parties.iter_mut().flat_map(|party| &mut party.waypoints_m).for_each(flip);
         }
-        Behaviour::Diffuse(_) => {}
+        Behaviour::Diffuse(_) | Behaviour::Explore(_) => {}
         Behaviour::Deploy(deploy) => deploy.targets_m.iter_mut().for_each(flip),
     }
     for kind in mirrored.kinds.values_mut() {

@@ -47,6 +47,8 @@ impl DeployPlan {
 pub(super) fn deploys(swarm: &Swarm) -> anyhow::Result<&Deploy> {
     match &swarm.behaviour {
         Behaviour::Deploy(deploy) => Ok(deploy),
-        Behaviour::Flock(_) | Behaviour::Diffuse(_) => anyhow::bail!("swarm {:?} does not deploy", swarm.name),
+        Behaviour::Flock(_) | Behaviour::Diffuse(_) | Behaviour::Explore(_) => {
+            anyhow::bail!("swarm {:?} does not deploy", swarm.name)
+        }
     }
 }

@@ -45,6 +45,8 @@ impl FlockPlan {
 pub(super) fn flocks(swarm: &Swarm) -> anyhow::Result<&Flock> {
     match &swarm.behaviour {
         Behaviour::Flock(flock) => Ok(flock),
-        Behaviour::Deploy(_) | Behaviour::Diffuse(_) => anyhow::bail!("swarm {:?} does not flock", swarm.name),
+        Behaviour::Deploy(_) | Behaviour::Diffuse(_) | Behaviour::Explore(_) => {
+            anyhow::bail!("swarm {:?} does not flock", swarm.name)
+        }
     }
 }

@@ -47,7 +47,7 @@ impl Checker<'_> {
         let mut robots = Vec::new();
         let clear_m = match &parts.behaviour {
             Some(Behaviour::Deploy(deploy)) => deploy.wall_gap_m,
-            Some(Behaviour::Flock(_) | Behaviour::Diffuse(_)) | None => 0.0,
+            Some(Behaviour::Flock(_) | Behaviour::Diffuse(_) | Behaviour::Explore(_)) | None => 0.0,
         };
         for (index, fleet) in parts.fleets.iter().enumerate() {
             let count = fleet.count.unwrap_or(0) as usize;

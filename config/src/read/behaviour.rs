@@ -1,16 +1,18 @@
 //! Reads what a swarm is to do.
 
 use super::deploy::deploy;
+use super::explore::explore;
 use super::flock::flock;
 use crate::reader::Table;
 use crate::{Behaviour, Diffuse};
 
 /// Reads `[behaviour]`.
 pub(crate) fn behaviour(table: &mut Table<'_>) -> Option<Behaviour> {
-    match table.word("kind", &["flock", "diffuse", "deploy"])? {
+    match table.word("kind", &["flock", "diffuse", "deploy", "explore"])? {
         0 => flock(table).map(Behaviour::Flock),
         1 => diffuse(table).map(Behaviour::Diffuse),
-        _ => deploy(table).map(Behaviour::Deploy),
+        2 => deploy(table).map(Behaviour::Deploy),
+        _ => explore(table).map(Behaviour::Explore),
     }
 }
 

@@ -3,6 +3,7 @@
 pub(crate) mod behaviour;
 pub(crate) mod by_mode;
 pub(crate) mod deploy;
+pub(crate) mod explore;
 pub(crate) mod fleet;
 pub(crate) mod flock;
 pub(crate) mod generate;

@@ -97,6 +97,9 @@ fn accepted() -> Keys {
     let mut deploy = Report::default();
     assert!(read(&mut deploy, &shipped("swarms/deploy_exp1.toml"), &[], load::read_swarm).is_some());
     keep(&mut keys, SWARM, &deploy, &["kinds.NAME.", "world."]);
+    let mut explore = Report::default();
+    assert!(read(&mut explore, &shipped("swarms/explore_rooms.toml"), &[], load::read_swarm).is_some());
+    keep(&mut keys, SWARM, &explore, &["kinds.NAME.", "world."]);
     let mut world = Report::default();
     let room = [
         "polylines=[{ points_m = [[1, 1], [2, 1]] }]",

@@ -4,6 +4,7 @@ mod bad;
 mod bad_places;
 mod deploy;
 mod documented;
+mod explore;
 mod fleets;
 mod flock;
 mod generated;

@@ -23,7 +23,7 @@ mod supervisor;
 #[cfg(test)]
 mod testing;
 
-pub use law::{Diffusion, deploy, flock};
+pub use law::{Diffusion, deploy, explore, flock};
 pub use node::{Node, Workspace};
 pub use peers::Roster;
 pub use status::{Counters, HeardPeer, Status};

@@ -115,6 +115,7 @@ fn of_behaviour(behaviour: &Behaviour, id: Option<u32>) -> Setting {
         }
         Behaviour::Diffuse(_) => Setting { behaviour: "diffuse".into(), ..Setting::default() },
         Behaviour::Deploy(_) => Setting { behaviour: "deploy".into(), ..Setting::default() },
+        Behaviour::Explore(_) => Setting { behaviour: "explore".into(), ..Setting::default() },
     }
 }
 

@@ -128,7 +128,7 @@ pub(crate) fn end_of(behaviour: &Behaviour, id: u32) -> Option<([f64; 2], f64)> 
             Some((end_m, flock.arrive_radius_m.max(flock.waypoint_radius_m)))
         }
         // A deployment is measured by who is at which target.
-        Behaviour::Diffuse(_) | Behaviour::Deploy(_) => None,
+        Behaviour::Diffuse(_) | Behaviour::Deploy(_) | Behaviour::Explore(_) => None,
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::deployment::{DeployFigures, Deployment, is_of_points};
 use crate::digest::Digest;
 use crate::direct::DirectSwarm;
+use crate::explore::{CellSwarm, ExploreFigures};
 use crate::flock::{FlockFigures, FlockSwarm, Flocking};
 use crate::points::PointSwarm;
 use crate::rehearsal::VirtualSwarm;
@@ -45,6 +46,10 @@ pub trait Trial {
     fn aged_commands(&self) -> u64;
     /// Heap bytes held for robots and bodies; the place itself apart.
     fn bytes(&self) -> usize;
+    /// What came out of an exploration so far; none for anything else.
+    fn explored(&self) -> Option<ExploreFigures> {
+        None
+    }
     /// What the robots said to each other, bytes; 0 where beacons travel as values.
     fn messages_bytes(&self) -> u64 {
         0
@@ -94,6 +99,9 @@ pub struct TrialResult {
     /// Of a flock: the same.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub flock: Option<FlockFigures>,
+    /// Of an exploration: the same.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub explore: Option<ExploreFigures>,
 }
 
 /// What is looked at while a run goes on.
@@ -117,6 +125,8 @@ pub fn trial_of(swarm: &Swarm, fidelity: Fidelity, recorder: Option<&Recorder>) 
         (Fidelity::Direct, _) => match &swarm.behaviour {
             Behaviour::Deploy(deploy) if is_of_points(swarm) => Box::new(PointSwarm::new(swarm, deploy)),
             Behaviour::Flock(flock) if is_of_points(swarm) => Box::new(FlockSwarm::new(swarm, flock)),
+            // Bodies do not explore yet: the configuration refuses them.
+            Behaviour::Explore(explore) => Box::new(CellSwarm::new(swarm, explore)),
             Behaviour::Deploy(_) | Behaviour::Flock(_) | Behaviour::Diffuse(_) => Box::new(DirectSwarm::new(swarm)),
         },
         (Fidelity::Wire, Some(recorder)) => Box::new(VirtualSwarm::recorded(swarm, recorder)?),
@@ -152,7 +162,7 @@ pub fn run_trial(swarm: &Swarm, trial: &mut dyn Trial, watch: &mut dyn Watch) ->
     let flock = flocking.map(|flocking| flock_figures(swarm, trial, &flocking));
     Some(match deployment {
         Some(deployment) => with_deployment(result, trial, &deployment),
-        None => TrialResult { flock, ..result },
+        None => with_exploration(TrialResult { flock, ..result }, trial.explored()),
     })
 }
 
@@ -160,7 +170,7 @@ pub fn run_trial(swarm: &Swarm, trial: &mut dyn Trial, watch: &mut dyn Watch) ->
 pub(crate) fn deploys(swarm: &Swarm) -> Option<&Deploy> {
     match &swarm.behaviour {
         Behaviour::Deploy(deploy) => Some(deploy),
-        Behaviour::Flock(_) | Behaviour::Diffuse(_) => None,
+        Behaviour::Flock(_) | Behaviour::Diffuse(_) | Behaviour::Explore(_) => None,
     }
 }
 
@@ -168,7 +178,7 @@ pub(crate) fn deploys(swarm: &Swarm) -> Option<&Deploy> {
 pub(crate) fn flocks(swarm: &Swarm) -> Option<&Flock> {
     match &swarm.behaviour {
         Behaviour::Flock(flock) => Some(flock),
-        Behaviour::Deploy(_) | Behaviour::Diffuse(_) => None,
+        Behaviour::Deploy(_) | Behaviour::Diffuse(_) | Behaviour::Explore(_) => None,
     }
 }
 
@@ -195,6 +205,13 @@ fn with_deployment(result: TrialResult, trial: &dyn Trial, deployment: &Deployme
         deploy: Some(figures),
         ..result
     }
+}
+
+/// The result of an exploration: its end is that nothing is left, wherever robots are then.
+fn with_exploration(result: TrialResult, explore: Option<ExploreFigures>) -> TrialResult {
+    let Some(figures) = explore else { return result };
+    let reached_fraction = f64::from(u8::from(figures.finished));
+    TrialResult { reached: figures.finished, reached_fraction, explore: Some(figures), ..result }
 }
 
 fn all_reached(swarm: &Swarm, trial: &dyn Trial) -> bool {
@@ -239,5 +256,6 @@ fn measure(swarm: &Swarm, trial: &dyn Trial, digest: Digest) -> TrialResult {
         bytes_per_robot: (trial.bytes() / count.max(1)) as u64,
         deploy: None,
         flock: None,
+        explore: None,
     }
 }

@@ -5,6 +5,7 @@
 
 pub mod deploy;
 mod diffuse;
+pub mod explore;
 pub mod flock;
 
 use crate::estimate::Motion;
@@ -55,6 +56,8 @@ enum Role {
     Flocker(Box<Flocker>),
     Diffuser(Diffusion),
     Deployer(Box<Deployer>),
+    /// A body that is to explore: it stands. The configuration refuses it; a point over the wire comes here.
+    Idle,
 }
 
 impl Law {
@@ -78,6 +81,7 @@ impl Law {
             Behaviour::Diffuse(params) => {
                 start(Role::Diffuser(Diffusion::new(*params)), Vec2::zeros(), params.clearance_m)
             }
+            Behaviour::Explore(_) => start(Role::Idle, Vec2::zeros(), 0.0),
         }
     }
 
@@ -85,7 +89,7 @@ impl Law {
     pub(crate) fn asks_for_peers(&self) -> bool {
         match self.role {
             Role::Flocker(_) | Role::Deployer(_) => true,
-            Role::Diffuser(_) => false,
+            Role::Diffuser(_) | Role::Idle => false,
         }
     }
 
@@ -98,7 +102,7 @@ impl Law {
     pub(crate) fn asks_for_walls(&self) -> bool {
         match self.role {
             Role::Flocker(_) | Role::Deployer(_) => true,
-            Role::Diffuser(_) => false,
+            Role::Diffuser(_) | Role::Idle => false,
         }
     }
 
@@ -106,7 +110,7 @@ impl Law {
     pub(crate) fn deployer(&self) -> Option<&Deployer> {
         match &self.role {
             Role::Deployer(law) => Some(law),
-            Role::Flocker(_) | Role::Diffuser(_) => None,
+            Role::Flocker(_) | Role::Diffuser(_) | Role::Idle => None,
         }
     }
 
@@ -114,14 +118,14 @@ impl Law {
     pub(crate) fn deployer_mut(&mut self) -> Option<&mut Deployer> {
         match &mut self.role {
             Role::Deployer(law) => Some(law),
-            Role::Flocker(_) | Role::Diffuser(_) => None,
+            Role::Flocker(_) | Role::Diffuser(_) | Role::Idle => None,
         }
     }
 
     /// Whether it steers away from peers that it hears and does not see.
     pub(crate) fn minds_unseen(&self) -> bool {
         match self.role {
-            Role::Flocker(_) | Role::Deployer(_) => false,
+            Role::Flocker(_) | Role::Deployer(_) | Role::Idle => false,
             Role::Diffuser(_) => true,
         }
     }
@@ -132,6 +136,7 @@ impl Law {
         let outcome = match &mut self.role {
             Role::Flocker(law) => law.step(view),
             Role::Deployer(law) => law.step(view),
+            Role::Idle => Outcome::Solved(Twist::ZERO),
             Role::Diffuser(law) => Outcome::Solved(law.step(view.points_b.iter().chain(view.unseen_b).copied())),
         };
         self.measure(gap_m);
@@ -143,7 +148,7 @@ impl Law {
         let now = match &self.role {
             Role::Flocker(law) => law.progress(gap_m, start_m),
             Role::Deployer(law) => law.progress(),
-            Role::Diffuser(_) => 0.0,
+            Role::Diffuser(_) | Role::Idle => 0.0,
         };
         self.progress = if self.reached() { 1.0 } else { self.progress.max(now) };
     }
@@ -160,7 +165,7 @@ impl Law {
         match &self.role {
             Role::Flocker(law) => law.reached(),
             Role::Deployer(law) => law.reached(),
-            Role::Diffuser(_) => false,
+            Role::Diffuser(_) | Role::Idle => false,
         }
     }
 
@@ -169,7 +174,7 @@ impl Law {
         match &self.role {
             Role::Flocker(law) => law.target_w(),
             Role::Deployer(law) => Some(law.target_w()),
-            Role::Diffuser(_) => None,
+            Role::Diffuser(_) | Role::Idle => None,
         }
     }
 
@@ -178,7 +183,7 @@ impl Law {
         match &self.role {
             Role::Flocker(law) => !law.leads() && law.leader() == peer,
             Role::Deployer(law) => law.relies_on(peer),
-            Role::Diffuser(_) => false,
+            Role::Diffuser(_) | Role::Idle => false,
         }
     }
 
@@ -186,7 +191,7 @@ impl Law {
     pub(crate) fn leader(&self) -> Option<RobotId> {
         match &self.role {
             Role::Flocker(law) => law.follows(),
-            Role::Deployer(_) | Role::Diffuser(_) => None,
+            Role::Deployer(_) | Role::Diffuser(_) | Role::Idle => None,
         }
     }
 
@@ -194,7 +199,7 @@ impl Law {
     pub(crate) fn wall_entries(&self) -> u32 {
         match &self.role {
             Role::Flocker(law) => law.wall_entries(),
-            Role::Deployer(_) | Role::Diffuser(_) => 0,
+            Role::Deployer(_) | Role::Diffuser(_) | Role::Idle => 0,
         }
     }
 
@@ -202,7 +207,7 @@ impl Law {
     pub(crate) fn gives_way_to(&self) -> Option<RobotId> {
         match &self.role {
             Role::Flocker(law) => law.gives_way_to(),
-            Role::Deployer(_) | Role::Diffuser(_) => None,
+            Role::Deployer(_) | Role::Diffuser(_) | Role::Idle => None,
         }
     }
 

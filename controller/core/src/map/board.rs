@@ -1,7 +1,9 @@
-//! Cells, each unknown, free or occupied, and which of the free ones border on the unknown.
+//! Cells, each unknown, free or occupied, and from which of the free ones a step leads into the unknown.
 //!
 //! A cell is its index, row by row from the south-west corner. Frontier flags and the counts of known neighbours are
-//! kept as cells are learnt: learning one costs its 3 x 3 neighbourhood, asking costs nothing.
+//! kept as cells are learnt: learning one costs its neighbourhood, asking costs nothing. An unknown cell behind the
+//! corner of two occupied ones (the inside of a wall, seen from a room's corner) makes no frontier: no step leads
+//! there, and nobody needs to know it.
 
 /// What is known of a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -98,7 +100,7 @@ impl Board {
         self.cells[cell]
     }
 
-    /// Whether a cell is free and borders on an unknown one, at a side or a corner.
+    /// Whether a cell is free and a step leads from it to an unknown one: to a side, or to a corner that is not cut.
     #[must_use]
     pub fn is_frontier(&self, cell: usize) -> bool {
         self.frontier[cell]
@@ -134,19 +136,30 @@ impl Board {
         self.cells[cell] = known;
         self.free += usize::from(known == Known::Free);
         self.free -= usize::from(before == Known::Free);
-        if before == Known::Unknown {
-            self.known += 1;
-            for other in self.neighbours(cell) {
-                self.known_around[other] += 1;
-                self.mark(other);
-            }
+        for other in self.neighbours(cell) {
+            self.known_around[other] += u8::from(before == Known::Unknown);
         }
-        self.mark(cell);
+        self.known += usize::from(before == Known::Unknown);
+        for other in self.neighbours(cell) {
+            self.frontier[other] = self.leads_on(other);
+        }
+        self.frontier[cell] = self.leads_on(cell);
         true
     }
 
-    fn mark(&mut self, cell: usize) {
-        self.frontier[cell] = self.cells[cell] == Known::Free && self.known_around[cell] < 8;
+    /// Whether a step leads from a free cell into the unknown.
+    fn leads_on(&self, cell: usize) -> bool {
+        if self.cells[cell] != Known::Free || self.known_around[cell] >= 8 {
+            return false;
+        }
+        let [column, row] = self.place(cell);
+        let at = |place: [i32; 2]| self.cell(place).map_or(Known::Occupied, |cell| self.cells[cell]);
+        let open = |place: [i32; 2]| at(place) != Known::Occupied;
+        let steps = [[1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [1, -1], [-1, 1], [-1, -1]];
+        steps.into_iter().any(|[dx, dy]| {
+            let whole = dx == 0 || dy == 0 || (open([column + dx, row]) && open([column, row + dy]));
+            whole && at([column + dx, row + dy]) == Known::Unknown
+        })
     }
 
     /// Heap bytes held.
@@ -177,9 +190,20 @@ mod tests {
             for cell in all() {
                 let unknown = board.neighbours(cell).filter(|other| !known(other)).count();
                 prop_assert_eq!(usize::from(8 - board.known_around(cell)), unknown);
-                prop_assert_eq!(board.is_frontier(cell), board.at(cell) == Known::Free && unknown > 0);
+                prop_assert_eq!(board.is_frontier(cell), board.leads_on(cell));
             }
         }
+    }
+
+    #[test]
+    fn what_is_behind_the_corner_of_two_walls_is_no_matter() {
+        let mut board = Board::new(3, 3);
+        (0..8).for_each(|cell| {
+            board.learn(cell, if [5, 7].contains(&cell) { Known::Occupied } else { Known::Free });
+        });
+        assert_eq!(board.frontier().next(), None);
+        board.learn(7, Known::Free);
+        assert_eq!(board.frontier().collect::<Vec<_>>(), [7]);
     }
 
     #[test]

@@ -35,12 +35,9 @@ fn steps_from(board: &Board, unknowns: Unknowns, cell: usize, mut to: impl FnMut
     let east = free(has_east, cell + 1);
     let south = free(has_south, cell.wrapping_sub(columns));
     let north = free(has_north, cell + columns);
-    for (goes, other) in [
-        (west, cell.wrapping_sub(1)),
-        (east, cell + 1),
-        (south, cell.wrapping_sub(columns)),
-        (north, cell + columns),
-    ] {
+    for (goes, other) in
+        [(west, cell.wrapping_sub(1)), (east, cell + 1), (south, cell.wrapping_sub(columns)), (north, cell + columns)]
+    {
         if goes {
             to(other);
         }
@@ -63,21 +60,35 @@ pub struct Field {
     steps: Vec<u32>,
     /// The cells that are reached, the nearest first.
     reached: Vec<usize>,
+    /// Those of them whose neighbours are reached as well.
+    done: usize,
 }
 
 impl Field {
     /// Find the ways from `start`. Whatever it held before is gone; its memory is used again.
     pub fn spread(&mut self, board: &Board, start: usize, unknowns: Unknowns) {
+        self.begin(board, start);
+        self.extend(board, unknowns, FAR);
+    }
+
+    /// Nothing but `start` is reached yet.
+    pub fn begin(&mut self, board: &Board, start: usize) {
         self.steps.clear();
         self.steps.resize(board.count(), FAR);
         self.reached.clear();
+        self.done = 0;
         self.steps[start] = 0;
         self.reached.push(start);
-        let mut next = 0;
-        while next < self.reached.len() {
-            let cell = self.reached[next];
-            next += 1;
+    }
+
+    /// Reach all that is up to `steps_max` steps away.
+    pub fn extend(&mut self, board: &Board, unknowns: Unknowns, steps_max: u32) {
+        while let Some(cell) = self.reached.get(self.done).copied() {
             let steps = self.steps[cell] + 1;
+            if steps > steps_max {
+                break;
+            }
+            self.done += 1;
             let (all, reached) = (&mut self.steps, &mut self.reached);
             steps_from(board, unknowns, cell, |other| {
                 if all[other] == FAR {
@@ -124,32 +135,42 @@ impl Field {
 pub struct Owners {
     owner: Vec<u32>,
     queue: Vec<usize>,
+    done: usize,
+    /// How many steps the wave has gone.
+    steps: u32,
 }
 
 impl Owners {
-    /// Find them. Robots stand on `starts`.
-    pub fn spread(&mut self, board: &Board, starts: impl IntoIterator<Item = usize>, unknowns: Unknowns) {
+    /// Robots stand on `starts`; nothing else is anybody's yet.
+    pub fn begin(&mut self, board: &Board, starts: impl IntoIterator<Item = usize>) {
         self.owner.clear();
         self.owner.resize(board.count(), FAR);
         self.queue.clear();
+        (self.done, self.steps) = (0, 0);
         for (robot, start) in starts.into_iter().enumerate() {
             if self.owner[start] == FAR {
                 self.owner[start] = robot as u32;
                 self.queue.push(start);
             }
         }
-        let mut next = 0;
-        while next < self.queue.len() {
-            let cell = self.queue[next];
-            next += 1;
-            let own = self.owner[cell];
-            let (owner, queue) = (&mut self.owner, &mut self.queue);
-            steps_from(board, unknowns, cell, |other| {
-                if owner[other] == FAR {
-                    owner[other] = own;
-                    queue.push(other);
-                }
-            });
+    }
+
+    /// Find whose all that is up to `steps_max` steps away from somebody is.
+    pub fn extend(&mut self, board: &Board, unknowns: Unknowns, steps_max: u32) {
+        while self.steps < steps_max && self.done < self.queue.len() {
+            self.steps += 1;
+            for next in self.done..self.queue.len() {
+                let cell = self.queue[next];
+                let own = self.owner[cell];
+                let (owner, queue) = (&mut self.owner, &mut self.queue);
+                steps_from(board, unknowns, cell, |other| {
+                    if owner[other] == FAR {
+                        owner[other] = own;
+                        queue.push(other);
+                    }
+                });
+                self.done = next + 1;
+            }
         }
     }
 
@@ -198,7 +219,10 @@ mod tests {
     fn a_cell_is_the_nearest_robot_s_and_the_first_one_s_of_two() {
         let board = board(&[".....", "#####", "....."]);
         let mut owners = Owners::default();
-        owners.spread(&board, [0, 4], Unknowns::Solid);
+        owners.begin(&board, [0, 4]);
+        owners.extend(&board, Unknowns::Solid, 1);
+        assert_eq!([1, 2, 3].map(|cell| owners.of(cell)), [Some(0), None, Some(1)]);
+        owners.extend(&board, Unknowns::Solid, 9);
         assert_eq!([0, 1, 2, 3, 4].map(|cell| owners.of(cell)), [0, 0, 0, 1, 1].map(Some));
         assert_eq!(owners.of(12), None);
     }

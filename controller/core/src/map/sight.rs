@@ -1,23 +1,25 @@
 //! What a robot on a cell sees: a square of cells around it, as far as nothing stands in between.
 //!
-//! The paper replaces the circle of radius r_c by the square inside it (Wu 2008, section 2): r_c = 4 gives half a side of
-//! 2.83, in cells |dx|, |dy| <= 2. On the straight line to a cell, a step along the longer axis passes one cell, or
+//! The paper replaces the circle of radius r_c by the square inside it (Wu 2008, section 2): r_c = 4 gives half a side
+//! of 2.83, in cells |dx|, |dy| <= 2. On the straight line to a cell, a step along the longer axis passes one cell, or
 //! between two; it is blocked if all that it passes are occupied. So sight is mutual. The first occupied cell is seen.
 
 use super::Board;
+use core::ops::Range;
 
 /// A square with the cells that each line of sight passes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Sight {
     reach: i32,
     rays: Vec<Ray>,
+    /// What rays pass, one cell (twice) or two at each step, ray by ray.
+    passes: Vec<[[i32; 2]; 2]>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Ray {
     to: [i32; 2],
-    /// What it passes, one cell (twice) or two at each step.
-    passes: Vec<[[i32; 2]; 2]>,
+    passes: Range<usize>,
 }
 
 impl Sight {
@@ -25,8 +27,13 @@ impl Sight {
     #[must_use]
     pub fn new(reach: u8) -> Self {
         let reach = i32::from(reach);
-        let square = (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| [dx, dy]));
-        Self { reach, rays: square.map(|to| Ray { to, passes: passed(to) }).collect() }
+        let mut sight = Self { reach, rays: Vec::new(), passes: Vec::new() };
+        for to in (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| [dx, dy])) {
+            let first = sight.passes.len();
+            sight.passes.extend(passed(to));
+            sight.rays.push(Ray { to, passes: first..sight.passes.len() });
+        }
+        sight
     }
 
     /// How far it goes to each side, cells.
@@ -36,13 +43,28 @@ impl Sight {
     }
 
     /// Every cell that is seen from `from`, itself too, where `blocks` says which cells cannot be looked through.
-    pub fn look(&self, board: &Board, from: usize, blocks: impl Fn(usize) -> bool, mut seen: impl FnMut(usize)) {
+    pub fn look(&self, board: &Board, from: usize, blocks: impl Fn(usize) -> bool, seen: impl FnMut(usize)) {
         let [column, row] = board.place(from);
-        let at = |[dx, dy]: [i32; 2]| board.cell([column + dx, row + dy]);
+        let (columns, rows) = (board.columns() as i32, board.rows() as i32);
+        let within = |at: i32, count: i32| at >= self.reach && at + self.reach < count;
+        if within(column, columns) && within(row, rows) {
+            // Far from the rim every cell is there, which is most of the work of all methods.
+            self.cast(|[dx, dy]| Some((from as i32 + dy * columns + dx) as usize), blocks, seen);
+        } else {
+            self.cast(|[dx, dy]| board.cell([column + dx, row + dy]), blocks, seen);
+        }
+    }
+
+    fn cast(
+        &self,
+        at: impl Fn([i32; 2]) -> Option<usize>,
+        blocks: impl Fn(usize) -> bool,
+        mut seen: impl FnMut(usize),
+    ) {
         for ray in &self.rays {
             let Some(cell) = at(ray.to) else { continue };
             let blocked = |pair: &[[i32; 2]; 2]| pair.iter().all(|step| at(*step).is_none_or(&blocks));
-            if !ray.passes.iter().any(blocked) {
+            if !self.passes[ray.passes.clone()].iter().any(blocked) {
                 seen(cell);
             }
         }
@@ -90,7 +112,7 @@ mod tests {
     fn sight_is_mutual() {
         let board = Board::new(9, 9);
         let sight = Sight::new(4);
-        let blocks = |cell: usize| cell * 7 % 5 == 0;
+        let blocks = |cell: usize| (cell * 7).is_multiple_of(5);
         let sees = |from: usize, to: usize| {
             let mut found = false;
             sight.look(&board, from, blocks, |cell| found |= cell == to);

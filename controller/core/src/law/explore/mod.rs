@@ -1,0 +1,22 @@
+//! Exploration: robots that know nothing of a place map it together (Wu 2008, and what beats it).
+//!
+//! | file | what |
+//! |---|---|
+//! | [`view`] | what a robot knows when it decides, and what a method of choosing is |
+//! | [`explorer`] | one robot: it keeps a target, and goes to it step by step |
+//! | [`value`] | affinity, distance, direction, stimulation (eq. 9 to 14) |
+//! | [`immune`] | the paper, INEA (eq. 15), and the basic immune network that it compares with |
+//! | [`network`] | the immune network itself (eq. 4, 6 to 8) |
+//! | [`classic`] | nearest, greedy, Burgard, Hungarian, MinPos, market |
+//! | [`sweep`] | what ships |
+
+mod classic;
+mod explorer;
+mod immune;
+mod network;
+mod sweep;
+mod value;
+mod view;
+
+pub use explorer::{Explorer, Move};
+pub use view::{Mate, View};

@@ -1,0 +1,261 @@
+//! A team on cells: the paper's robots, one cell large, which go one step to one of eight neighbours at a time, see a
+//! square around them without error, and know where they are.
+
+use super::ground::Ground;
+use drover_config::Explore;
+use drover_core::explore::{Explorer, Mate, Move, View};
+use drover_core::map::{Board, Field, Known, Sight, Unknowns};
+use std::time::Instant;
+
+/// A robot, as it truly is.
+struct Body {
+    at: usize,
+    alive: bool,
+    /// How often it has decided.
+    turns: u64,
+    /// Its way, in cells' sides.
+    path_cells: f64,
+    explorer: Explorer,
+    target: Option<usize>,
+    /// What it has seen itself.
+    seen: Vec<bool>,
+}
+
+/// The team and the ground.
+pub(crate) struct CellTeam {
+    ground: Ground,
+    sight: Sight,
+    board: Board,
+    finders: Vec<u16>,
+    bodies: Vec<Body>,
+    step: u32,
+    /// Targets that were chosen, and those of them that another robot had seen first.
+    chosen: u64,
+    chosen_of_others: u64,
+    finished: Option<u32>,
+    blocked: u64,
+    /// How long each decision took, if anybody wants to know.
+    decisions_us: Option<Vec<f64>>,
+}
+
+impl CellTeam {
+    /// Robots on `starts`, which are free cells of `ground`.
+    pub(crate) fn new(params: &Explore, ground: Ground, starts: &[usize]) -> Self {
+        let board = Board::new(ground.columns(), ground.rows());
+        let count = board.count();
+        let body = |at: &usize| Body {
+            at: *at,
+            alive: true,
+            turns: 0,
+            path_cells: 0.0,
+            explorer: Explorer::new(params),
+            target: None,
+            seen: vec![false; count],
+        };
+        let mut team = Self {
+            sight: Sight::new(params.reach_cells),
+            finders: vec![0; count],
+            bodies: starts.iter().map(body).collect(),
+            step: 0,
+            chosen: 0,
+            chosen_of_others: 0,
+            finished: None,
+            blocked: 0,
+            decisions_us: None,
+            ground,
+            board,
+        };
+        team.look();
+        team
+    }
+
+    /// Everybody decides and goes one step, in the order of ranks; then everybody looks.
+    pub(crate) fn step(&mut self) {
+        let mut idle = true;
+        for own in 0..self.bodies.len() {
+            if self.bodies[own].alive {
+                idle &= !self.turn(own);
+            }
+        }
+        self.step += 1;
+        if idle && self.finished.is_none() {
+            self.finished = Some(self.step - 1);
+        }
+        self.look();
+    }
+
+    /// One robot's step; whether it has anything left to do.
+    fn turn(&mut self, own: usize) -> bool {
+        let moved = self.decide(own, None);
+        let Some(target) = moved.target else {
+            self.bodies[own].target = None;
+            return false;
+        };
+        self.take(own, moved, target);
+        let Some(next) = moved.next else { return true };
+        if self.is_taken(own, next) {
+            self.blocked += 1;
+            self.go_around(own);
+        } else {
+            self.go(own, next);
+        }
+        true
+    }
+
+    fn decide(&mut self, own: usize, board: Option<&Board>) -> Move {
+        let mates = self.mates();
+        let Self { board: map, finders, sight, bodies, step, decisions_us, .. } = self;
+        let view = View { board: board.unwrap_or(map), finders, mates: &mates, own, sight, step: *step };
+        bodies[own].turns += 1;
+        let begun = decisions_us.as_ref().map(|_| Instant::now());
+        let moved = bodies[own].explorer.step(&view);
+        if let (Some(begun), Some(taken_us)) = (begun, decisions_us) {
+            taken_us.push(begun.elapsed().as_secs_f64() * 1e6);
+        }
+        moved
+    }
+
+    fn mates(&self) -> Vec<Option<Mate>> {
+        let mate = |body: &Body| body.alive.then_some(Mate { at: body.at, target: body.target });
+        self.bodies.iter().map(mate).collect()
+    }
+
+    fn take(&mut self, own: usize, moved: Move, target: usize) {
+        if moved.chosen && self.bodies[own].target != Some(target) {
+            self.chosen += 1;
+            let foreign = self.board.at(target) != Known::Unknown && usize::from(self.finders[target]) != own;
+            self.chosen_of_others += u64::from(foreign);
+        }
+        self.bodies[own].target = Some(target);
+    }
+
+    fn is_taken(&self, own: usize, cell: usize) -> bool {
+        self.bodies.iter().enumerate().any(|(rank, body)| rank != own && body.at == cell)
+    }
+
+    /// Somebody stands in the way: choose again as if all bodies were obstacles. Of two that meet in a corridor each
+    /// then takes what is on its own side.
+    fn go_around(&mut self, own: usize) {
+        let mut board = self.board.clone();
+        for (rank, body) in self.bodies.iter().enumerate() {
+            if rank != own {
+                board.learn(body.at, Known::Occupied);
+            }
+        }
+        self.bodies[own].explorer.forget();
+        let moved = self.decide(own, Some(&board));
+        self.bodies[own].target = moved.target.or(self.bodies[own].target);
+        if let Some(next) = moved.next.filter(|next| !self.is_taken(own, *next)) {
+            self.go(own, next);
+        }
+    }
+
+    fn go(&mut self, own: usize, next: usize) {
+        let [from, to] = [self.bodies[own].at, next].map(|cell| self.board.place(cell));
+        let straight = from[0] == to[0] || from[1] == to[1];
+        let body = &mut self.bodies[own];
+        body.at = next;
+        body.path_cells += if straight { 1.0 } else { std::f64::consts::SQRT_2 };
+    }
+
+    fn look(&mut self) {
+        let Self { ground, sight, board, finders, bodies, .. } = self;
+        let mut seen = Vec::new();
+        for (rank, body) in bodies.iter_mut().enumerate().filter(|(_, body)| body.alive) {
+            seen.clear();
+            sight.look(board, body.at, |cell| ground.is_solid(cell), |cell| seen.push(cell));
+            for cell in &seen {
+                body.seen[*cell] = true;
+                let known = if ground.is_solid(*cell) { Known::Occupied } else { Known::Free };
+                if board.learn(*cell, known) {
+                    finders[*cell] = rank as u16;
+                }
+            }
+        }
+    }
+
+    /// Take the time of every decision from now on.
+    pub(crate) fn time_decisions(&mut self) {
+        self.decisions_us = Some(Vec::new());
+    }
+
+    /// What they took, microseconds.
+    pub(crate) fn decisions_us(&self) -> &[f64] {
+        self.decisions_us.as_deref().unwrap_or_default()
+    }
+
+    /// A robot dies where it stands.
+    pub(crate) fn kill(&mut self, rank: usize) {
+        if let Some(body) = self.bodies.get_mut(rank) {
+            body.alive = false;
+            body.target = None;
+        }
+    }
+
+    pub(crate) fn steps(&self) -> u32 {
+        self.step
+    }
+
+    pub(crate) fn finished(&self) -> Option<u32> {
+        self.finished
+    }
+
+    /// The share of free cells that can be reached which is known.
+    pub(crate) fn coverage(&self) -> f64 {
+        self.board.free_count() as f64 / self.ground.reachable_count().max(1) as f64
+    }
+
+    /// Views of free cells by a second, third robot, over free cells that are known.
+    pub(crate) fn overlap(&self) -> f64 {
+        let free = (0..self.board.count()).filter(|cell| self.board.at(*cell) == Known::Free);
+        let views: usize = free.map(|cell| self.bodies.iter().filter(|body| body.seen[cell]).count()).sum();
+        views as f64 / self.board.free_count().max(1) as f64 - 1.0
+    }
+
+    pub(crate) fn obex(&self) -> f64 {
+        self.chosen_of_others as f64 / self.chosen.max(1) as f64
+    }
+
+    pub(crate) fn path_cells(&self) -> f64 {
+        self.bodies.iter().map(|body| body.path_cells).sum()
+    }
+
+    /// Steps in which somebody stood in the way.
+    pub(crate) fn blocked(&self) -> u64 {
+        self.blocked
+    }
+
+    /// Frontier cells that somebody who lives can reach over free cells.
+    pub(crate) fn frontiers_in_reach(&self) -> u64 {
+        let mut in_reach = vec![false; self.board.count()];
+        let mut field = Field::default();
+        for body in self.bodies.iter().filter(|body| body.alive) {
+            field.spread(&self.board, body.at, Unknowns::Solid);
+            field.reached().iter().for_each(|cell| in_reach[*cell] = true);
+        }
+        self.board.frontier().filter(|cell| in_reach[*cell]).count() as u64
+    }
+
+    /// The fewest steps in which so many robots can see a share of the ground: each first sees its square, then at
+    /// every diagonal step the new cells of two sides of it.
+    pub(crate) fn sweep_bound(&self, share: f64) -> f64 {
+        let side = f64::from(2 * self.sight.reach() + 1);
+        let each = self.ground.reachable_count() as f64 * share / self.bodies.len().max(1) as f64;
+        (each - side * side) / (2.0 * side - 1.0)
+    }
+
+    /// Where a robot stands, and where it goes.
+    pub(crate) fn robot(&self, rank: usize) -> (usize, Option<usize>) {
+        (self.bodies[rank].at, self.bodies[rank].target)
+    }
+
+    /// What everybody knows.
+    pub(crate) fn board(&self) -> &Board {
+        &self.board
+    }
+
+    /// How often a robot has decided.
+    pub(crate) fn turns(&self, rank: usize) -> u64 {
+        self.bodies[rank].turns
+    }
+}

@@ -1,0 +1,78 @@
+//! What an exploration is measured by, from outside: what of the ground is known, step by step.
+
+use super::cells::CellTeam;
+use serde::Serialize;
+
+/// Shares of the free cells that can be reached.
+const SHARES: [f64; 4] = [0.90, 0.95, 0.96, 0.99];
+
+/// One run of an exploration.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ExploreFigures {
+    /// Steps until 90 % of the free cells that can be reached were known; none if they never were.
+    pub steps_90: Option<u32>,
+    /// The same for 95 %.
+    pub steps_95: Option<u32>,
+    /// The same for 96 %, the paper's.
+    pub steps_96: Option<u32>,
+    /// The same for 99 %.
+    pub steps_99: Option<u32>,
+    /// Steps until nobody that lives could reach a frontier cell any more.
+    pub steps_finish: Option<u32>,
+    /// Whether that came: the certificate.
+    pub finished: bool,
+    /// Frontier cells that somebody who lives can reach, in the end.
+    pub unreached_frontiers: u64,
+    /// The share of the free cells that can be reached which is known.
+    pub coverage: f64,
+    /// The robots' ways together, metres.
+    pub path_m: f64,
+    /// Views of free cells by a second, third ... robot, over the free cells that are known.
+    pub overlap: f64,
+    /// The share of chosen targets that another robot had seen first.
+    pub obex: f64,
+    /// Steps in which a body stood in another's way.
+    pub blocked: u64,
+    /// Steps to 96 % over the fewest that could do if every step were diagonal and saw only new cells:
+    /// `(0.96 A / n - w^2) / (2 w - 1)` with a sensor `w` cells wide.
+    pub sweep_bound_ratio: Option<f64>,
+}
+
+/// Watches one run.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Exploring {
+    steps: [Option<u32>; 4],
+}
+
+impl Exploring {
+    /// After the first look, and after every step.
+    pub(crate) fn see(&mut self, team: &CellTeam) {
+        let coverage = team.coverage();
+        for (steps, share) in self.steps.iter_mut().zip(SHARES) {
+            if coverage >= share {
+                steps.get_or_insert(team.steps());
+            }
+        }
+    }
+
+    /// What came out; cells have sides of `cell_m`.
+    pub(crate) fn figures(&self, team: &CellTeam, cell_m: f64) -> ExploreFigures {
+        let [steps_90, steps_95, steps_96, steps_99] = self.steps;
+        let bound = team.sweep_bound(SHARES[2]);
+        ExploreFigures {
+            steps_90,
+            steps_95,
+            steps_96,
+            steps_99,
+            steps_finish: team.finished(),
+            finished: team.finished().is_some(),
+            unreached_frontiers: team.frontiers_in_reach(),
+            coverage: team.coverage(),
+            path_m: team.path_cells() * cell_m,
+            overlap: team.overlap(),
+            obex: team.obex(),
+            blocked: team.blocked(),
+            sweep_bound_ratio: steps_96.filter(|_| bound >= 1.0).map(|steps| f64::from(steps) / bound),
+        }
+    }
+}

@@ -1,0 +1,12 @@
+//! Exploration on cells: the paper's robots and ground, and what any exploration is measured by.
+
+mod cells;
+mod figures;
+mod ground;
+mod swarm;
+
+#[cfg(test)]
+mod tests;
+
+pub use figures::ExploreFigures;
+pub use swarm::CellSwarm;

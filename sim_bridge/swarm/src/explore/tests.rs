@@ -1,0 +1,66 @@
+use super::cells::CellTeam;
+use super::ground::Ground;
+use drover_config::{Explore, ExploreMethod};
+
+const ALL: [ExploreMethod; 9] = [
+    ExploreMethod::Sweep,
+    ExploreMethod::Inea,
+    ExploreMethod::Basic,
+    ExploreMethod::Greedy,
+    ExploreMethod::Nearest,
+    ExploreMethod::Burgard,
+    ExploreMethod::Hungarian,
+    ExploreMethod::MinPos,
+    ExploreMethod::Market,
+];
+
+/// Two rooms of 20 x 20 cells with a door one cell wide between, and a hollow block that nobody can enter.
+fn two_rooms() -> Ground {
+    let solid = |column: usize, row: usize| {
+        let wall = column == 20 && row != 7;
+        let block = (25..30).contains(&column) && (10..15).contains(&row);
+        let hollow = (26..29).contains(&column) && (11..14).contains(&row);
+        wall || (block && !hollow)
+    };
+    Ground::new((41, 20), solid, |_| Some(41 + 1))
+}
+
+fn run(team: &mut CellTeam, steps_max: u32) {
+    while team.finished().is_none() && team.steps() < steps_max {
+        team.step();
+    }
+}
+
+#[test]
+fn everybody_finishes_and_knows_all_that_can_be_reached() {
+    let starts = [42, 43, 42 + 41 * 3, 44 + 41 * 5];
+    for method in ALL {
+        let mut team = CellTeam::new(&Explore::usual(method), two_rooms(), &starts);
+        run(&mut team, 5_000);
+        assert!(team.finished().is_some(), "{method:?} never ended");
+        assert!((team.coverage() - 1.0).abs() < 1e-12, "{method:?}: {}", team.coverage());
+        assert_eq!(team.frontiers_in_reach(), 0, "{method:?}");
+    }
+}
+
+#[test]
+fn what_a_dead_robot_was_about_to_see_others_see() {
+    for method in ALL {
+        let mut team = CellTeam::new(&Explore::usual(method), two_rooms(), &[42, 60 + 41 * 12]);
+        run(&mut team, 30);
+        assert!(team.finished().is_none(), "{method:?} was done too early for this to say anything");
+        team.kill(1);
+        run(&mut team, 5_000);
+        assert!(team.finished().is_some() && team.frontiers_in_reach() == 0, "{method:?}");
+    }
+}
+
+#[test]
+fn the_same_run_twice_is_the_same() {
+    let run_of = || {
+        let mut team = CellTeam::new(&Explore::usual(ExploreMethod::Sweep), two_rooms(), &[42, 60 + 41 * 12]);
+        run(&mut team, 5_000);
+        (team.finished(), team.path_cells().to_bits(), team.robot(0), team.robot(1))
+    };
+    assert_eq!(run_of(), run_of());
+}
