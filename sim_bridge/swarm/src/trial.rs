@@ -207,11 +207,20 @@ fn with_deployment(result: TrialResult, trial: &dyn Trial, deployment: &Deployme
     }
 }
 
-/// The result of an exploration: its end is that nothing is left, wherever robots are then.
+/// The result of an exploration: its end is that nothing is left, wherever robots are then. A cell is free if its middle
+/// is, so what is left of its walls' true outlines says nothing of where robots may be: only each other can be touched.
 fn with_exploration(result: TrialResult, explore: Option<ExploreFigures>) -> TrialResult {
     let Some(figures) = explore else { return result };
     let reached_fraction = f64::from(u8::from(figures.finished));
-    TrialResult { reached: figures.finished, reached_fraction, explore: Some(figures), ..result }
+    let meet = result.min_gap_robot_m.is_some_and(|gap_m| gap_m <= 0.0);
+    TrialResult {
+        reached: figures.finished,
+        reached_fraction,
+        touched: if meet { result.touched } else { 0 },
+        min_gap_wall_m: None,
+        explore: Some(figures),
+        ..result
+    }
 }
 
 fn all_reached(swarm: &Swarm, trial: &dyn Trial) -> bool {

@@ -1,6 +1,8 @@
 use super::cells::CellTeam;
 use super::ground::Ground;
-use drover_config::{Explore, ExploreMethod};
+use crate::{Fidelity, Trial, run_trial, trial_of};
+use drover_config::{Explore, ExploreMethod, load_swarm};
+use std::path::Path;
 
 const ALL: [ExploreMethod; 9] = [
     ExploreMethod::Sweep,
@@ -63,4 +65,18 @@ fn the_same_run_twice_is_the_same() {
         (team.finished(), team.path_cells().to_bits(), team.robot(0), team.robot(1))
     };
     assert_eq!(run_of(), run_of());
+}
+
+#[test]
+fn a_shipped_place_is_mapped_to_the_end_and_nobody_is_touched() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/swarms/explore_cave.toml");
+    let swarm = load_swarm(&file, &[]).unwrap();
+    let mut trial = trial_of(&swarm, Fidelity::Direct, None).unwrap();
+    let result = run_trial(&swarm, trial.as_mut(), &mut |_: &dyn Trial| true).unwrap();
+    let figures = result.explore.clone().unwrap();
+    assert!(result.reached && figures.finished && figures.unreached_frontiers == 0, "{result:?}");
+    assert!(figures.coverage > 0.9999 && result.touched == 0, "{result:?}");
+    let steps = figures.steps_finish.unwrap();
+    assert!((result.time_s - f64::from(steps)).abs() < 2.0, "a step takes a second: {result:?}");
+    assert!(figures.steps_90 <= figures.steps_96 && figures.steps_96 <= figures.steps_finish, "{result:?}");
 }
