@@ -1,5 +1,6 @@
 //! Reads what a swarm that explores is to do.
 
+use super::by_mode::among;
 use crate::reader::Table;
 use crate::{AffinityReading, CandidateValue, Explore, ExploreMethod, Finish, Suppression};
 
@@ -16,19 +17,13 @@ pub(crate) const METHODS: [(&str, ExploreMethod); 9] = [
     ("market", ExploreMethod::Market),
 ];
 
-/// One of several words, the first of which is the default.
-fn among<T: Copy, const N: usize>(table: &mut Table<'_>, key: &'static str, words: [(&str, T); N]) -> Option<T> {
-    let names = words.map(|(name, _)| name);
-    table.choice(key, &names).and_then(|index| words.get(index)).map(|(_, value)| *value)
-}
-
 /// Reads `[behaviour]` with `kind = "explore"`. Where a default is the paper's, `Explore::usual` has it.
 pub(crate) fn explore(table: &mut Table<'_>) -> Option<Explore> {
-    let method = among(table, "method", METHODS);
+    let method = among(table, false, "method", METHODS, 0);
     let usual = Explore::usual(ExploreMethod::Sweep);
     const VALUES: [(&str, CandidateValue); 2] =
         [("affinity", CandidateValue::Affinity), ("cost", CandidateValue::Cost)];
-    let value = among(table, "value", VALUES);
+    let value = among(table, false, "value", VALUES, 0);
     let cell_m = table.number("cell_m", 0.02..=10.0, Some(usual.cell_m));
     let step_s = table.number("step_s", 0.05..=60.0, Some(usual.step_s));
     let reach_cells = table.integer_u8("reach_cells", 1..=10, usual.reach_cells);
@@ -53,17 +48,17 @@ fn immune(table: &mut Table<'_>, usual: Explore) -> Option<Explore> {
     let far_cells = table.number("far_cells", 0.0..=1000.0, Some(usual.far_cells));
     let affinity_share = table.number("affinity_share", 0.0..=1.0, Some(usual.affinity_share));
     let global_steps = table.integer_u32("global_steps", 1..=100_000, Some(usual.global_steps));
-    let population = table.integer_u32("population", 2..=1000, Some(100));
+    let population = table.integer_u32("population", 2..=1000, u32::try_from(usual.population).ok());
     let generations = table.integer_u32("generations", 1..=1000, Some(usual.generations));
     const READINGS: [(&str, AffinityReading); 3] = [
         ("normalised", AffinityReading::Normalised),
         ("clamped", AffinityReading::Clamped),
         ("raw", AffinityReading::Raw),
     ];
-    let affinity = among(table, "affinity", READINGS);
+    let affinity = among(table, false, "affinity", READINGS, 0);
     const SUPPRESSIONS: [(&str, Suppression); 2] =
         [("repaired", Suppression::Repaired), ("printed", Suppression::Printed)];
-    let suppression = among(table, "suppression", SUPPRESSIONS);
+    let suppression = among(table, false, "suppression", SUPPRESSIONS, 0);
     let closed_form = table.bool("closed_form", Some(usual.closed_form));
     Some(Explore {
         obstacle_weight: obstacle_weight?,
@@ -93,7 +88,7 @@ fn ours(table: &mut Table<'_>, usual: Explore) -> Option<Explore> {
     let hug_weight = table.number("hug_weight", 0.0..=100.0, Some(usual.hug_weight));
     let others_weight = table.number("others_weight", 0.0..=1.0, Some(usual.others_weight));
     let claimed_weight = table.number("claimed_weight", 0.0..=1.0, Some(usual.claimed_weight));
-    let finish = among(table, "finish", [("fast", Finish::Fast), ("whole", Finish::Whole)]);
+    let finish = among(table, false, "finish", [("fast", Finish::Fast), ("whole", Finish::Whole)], 0);
     Some(Explore {
         hug_weight: hug_weight?,
         others_weight: others_weight?,

@@ -3,9 +3,9 @@
 use super::cells::CellTeam;
 use super::figures::{ExploreFigures, Exploring};
 use super::ground::Ground;
+use crate::points::pose_towards;
 use crate::trial::Trial;
 use drover_config::{Explore, Swarm};
-use drover_contract::math::atan2;
 use drover_contract::{BehaviourState, Pose, Stamp, Vec2};
 use drover_core::{Status, Verdict};
 use drover_robot::View;
@@ -172,13 +172,10 @@ impl CellSwarm {
         }
     }
 
-    /// A pose that looks where the body goes.
+    /// The pose of a body that has gone a share of its step.
     fn pose_at(&self, robot: usize, share: f64) -> Pose {
         let to_w = self.from_w[robot] + (self.ends_w[robot] - self.from_w[robot]) * share;
-        let before_wb = self.arena.state(robot).pose_wb;
-        let way = to_w - before_wb.position();
-        let yaw_rad = if way.norm() > 0.0 { atan2(way.y, way.x) } else { before_wb.yaw_rad };
-        Pose::new(to_w.x, to_w.y, yaw_rad)
+        pose_towards(self.arena.state(robot).pose_wb, to_w)
     }
 }
 

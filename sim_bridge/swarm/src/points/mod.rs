@@ -153,14 +153,13 @@ impl PointSwarm {
         self.messages_bytes = mind.messages_bytes();
         mind.advance(&scene, self.step.as_secs_f64())
     }
+}
 
-    /// A pose that looks where the body goes.
-    fn pose_at(&self, robot: usize, to_w: Vec2) -> Pose {
-        let before_wb = self.arena.state(robot).pose_wb;
-        let way = to_w - before_wb.position();
-        let yaw_rad = if way.norm() > 0.0 { atan2(way.y, way.x) } else { before_wb.yaw_rad };
-        Pose::new(to_w.x, to_w.y, yaw_rad)
-    }
+/// The pose of a body that goes straight from one to a place: it looks where it goes.
+pub(crate) fn pose_towards(before_wb: Pose, to_w: Vec2) -> Pose {
+    let way = to_w - before_wb.position();
+    let yaw_rad = if way.norm() > 0.0 { atan2(way.y, way.x) } else { before_wb.yaw_rad };
+    Pose::new(to_w.x, to_w.y, yaw_rad)
 }
 
 /// What a robot decided, as its status says it: whether the last layer changed it, and its target and whether it is
@@ -203,7 +202,8 @@ impl Trial for PointSwarm {
             Mind::Hearers(_) => self.by_beacons(&at_w),
         };
         self.now = self.now + self.step;
-        let poses: Vec<Pose> = ends_w.iter().enumerate().map(|(robot, end_w)| self.pose_at(robot, *end_w)).collect();
+        let pose = |(robot, end_w): (usize, &Vec2)| pose_towards(self.arena.state(robot).pose_wb, *end_w);
+        let poses: Vec<Pose> = ends_w.iter().enumerate().map(pose).collect();
         self.arena.glide(self.step.as_secs_f64(), &poses);
         for (robot, status) in self.statuses.iter_mut().enumerate() {
             status.pose_wb = poses[robot];

@@ -19,8 +19,8 @@
 //!
 //! **Cost**: two waves over the map and the candidates up to the bound.
 //!
-//! **Cannot solve**: what is left is behind corners that are not to be cut: the nearest frontier cell then. `None` if
-//! no frontier cell can be reached: that is the end.
+//! **Cannot solve**: with a weight of 0 for others' cells or claimed ones nothing may be worth going to while something
+//! is left: the nearest frontier cell then. `None` if no frontier cell can be reached: that is the end.
 
 use super::view::{Choose, View};
 use crate::map::{Board, Field, Known, Owners, Unknowns};
