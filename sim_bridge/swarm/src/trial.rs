@@ -207,8 +207,9 @@ fn with_deployment(result: TrialResult, trial: &dyn Trial, deployment: &Deployme
     }
 }
 
-/// The result of an exploration: its end is that nothing is left, wherever robots are then. A cell is free if its middle
-/// is, so what is left of its walls' true outlines says nothing of where robots may be: only each other can be touched.
+/// The result of an exploration: its end is that nothing is left, wherever robots are then. A cell is free if its
+/// middle is, so what is left of its walls' true outlines says nothing of where robots may be: only each other can be
+/// touched.
 fn with_exploration(result: TrialResult, explore: Option<ExploreFigures>) -> TrialResult {
     let Some(figures) = explore else { return result };
     let reached_fraction = f64::from(u8::from(figures.finished));
