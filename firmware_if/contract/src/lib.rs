@@ -11,6 +11,7 @@ mod frame;
 mod id;
 mod link;
 mod links;
+mod map;
 pub mod math;
 mod scan;
 mod stamp;
@@ -25,5 +26,6 @@ pub use link::{BusHealth, CanBus, Clock, Link, LinkError};
 pub use links::{
     Departure, EDGES_TOLD_MAX, LINKS_TOLD_MAX, LinkEdge, LinkEntry, LinkReport, RootOffer, WEIGHT_M_MAX, on_grid_m,
 };
+pub use map::{CHANGES_BYTES_MAX, HEADS_TOLD_MAX, MapChunk, MapHead, MapReport, Writer};
 pub use scan::{Beam, Scan};
 pub use stamp::Stamp;

@@ -129,17 +129,25 @@ impl Board {
 
     /// Take in what a cell is; whether that is news. Who says `Unknown` says nothing.
     pub fn learn(&mut self, cell: usize, known: Known) -> bool {
-        let before = self.cells[cell];
-        if known == Known::Unknown || known == before {
+        known != Known::Unknown && self.set(cell, known)
+    }
+
+    /// What counts of a cell from now on, whatever was known of it; whether that is news.
+    pub fn set(&mut self, cell: usize, known: Known) -> bool {
+        let before = std::mem::replace(&mut self.cells[cell], known);
+        if known == before {
             return false;
         }
-        self.cells[cell] = known;
         self.free += usize::from(known == Known::Free);
         self.free -= usize::from(before == Known::Free);
-        for other in self.neighbours(cell) {
-            self.known_around[other] += u8::from(before == Known::Unknown);
+        if before == Known::Unknown || known == Known::Unknown {
+            let now_known = known != Known::Unknown;
+            self.known = if now_known { self.known + 1 } else { self.known - 1 };
+            for other in self.neighbours(cell) {
+                let around = &mut self.known_around[other];
+                *around = if now_known { *around + 1 } else { *around - 1 };
+            }
         }
-        self.known += usize::from(before == Known::Unknown);
         for other in self.neighbours(cell) {
             self.frontier[other] = self.leads_on(other);
         }
@@ -177,11 +185,11 @@ mod tests {
     proptest! {
         #[test]
         fn what_is_kept_is_what_is_counted(
-            learnt in proptest::collection::vec((0_usize..35, any::<bool>()), 0..80),
+            learnt in proptest::collection::vec((0_usize..35, 0_usize..3), 0..80),
         ) {
             let mut board = Board::new(7, 5);
-            for (cell, free) in learnt {
-                board.learn(cell, if free { Known::Free } else { Known::Occupied });
+            for (cell, known) in learnt {
+                board.set(cell, [Known::Free, Known::Occupied, Known::Unknown][known]);
             }
             let known = |cell: &usize| board.at(*cell) != Known::Unknown;
             let all = || 0..board.count();

@@ -8,8 +8,13 @@
 
 mod board;
 mod field;
+mod lattice;
+mod ledger;
 mod sight;
+mod tiles;
 
 pub use board::{Board, Known};
 pub use field::{Field, Owners, Unknowns};
+pub use lattice::Lattice;
+pub use ledger::{Change, Ledger, WRITERS_MAX};
 pub use sight::Sight;
