@@ -3,6 +3,7 @@
 use crate::deploy::{Assignment, Deploy};
 use crate::explore::Explore;
 use crate::flock::Flock;
+use crate::world::World;
 use serde::Serialize;
 
 /// The behaviour of the whole swarm.
@@ -20,11 +21,14 @@ pub enum Behaviour {
 }
 
 impl Behaviour {
-    /// The same for one robot's own file: who goes where is decided, and is not to be decided again.
-    pub(crate) fn assigned(&self) -> Self {
+    /// The same for one robot's own file: who goes where is decided, and is not to be decided again; what is to be
+    /// mapped is said, for the robot has no world.
+    pub(crate) fn of_robot(&self, world: &World) -> Self {
         let mut behaviour = self.clone();
-        if let Self::Deploy(deploy) = &mut behaviour {
-            deploy.assignment = Assignment::Given;
+        match &mut behaviour {
+            Self::Deploy(deploy) => deploy.assignment = Assignment::Given,
+            Self::Explore(explore) => explore.area_m = explore.area_m.or_else(|| world.bounds_m()),
+            Self::Flock(_) | Self::Diffuse(_) => {}
         }
         behaviour
     }

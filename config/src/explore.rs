@@ -13,8 +13,17 @@ pub struct Explore {
     pub cell_m: f64,
     /// A simulated point takes one step, to one of the eight neighbours, in this time, s.
     pub step_s: f64,
-    /// A robot on a cell sees this many cells to each side, as far as nothing stands in between (r_c = 4: 2).
+    /// A robot on a cell sees this many cells to each side, as far as nothing stands in between (r_c = 4: 2). Bodies
+    /// choose where to go as if they saw so far.
     pub reach_cells: u8,
+    /// What is to be mapped: south-west and north-east corner, metres; none: the bounds of the world, which a robot in
+    /// the field does not have.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub area_m: Option<[[f64; 2]; 2]>,
+    /// A body drives at most this fast while it explores, m/s.
+    pub speed_mps: f64,
+    /// A body thinks about where to go this often, s, or as soon as it has arrived or its way is closed.
+    pub decide_s: f64,
 
     /// w1: weight of obstacles near a candidate (eq. 9).
     pub obstacle_weight: f64,
@@ -139,6 +148,9 @@ impl Explore {
             cell_m: 1.0,
             step_s: 1.0,
             reach_cells: 2,
+            area_m: None,
+            speed_mps: 0.6,
+            decide_s: 1.0,
             obstacle_weight: 0.5,
             unknown_weight: 0.1,
             spread_weight: 1.0,

@@ -346,7 +346,10 @@ fn check_robot_file(checker: &mut Checker<'_>, parts: &RobotFileParts) {
             let reach_m = reach_m_beside(reach_m_max(kind.iter()), parts.peers.iter().map(|(_, peer)| peer));
             checker.layout(deploy, 1 + parts.peers.len(), reach_m);
         }
-        Some(Behaviour::Explore(explore)) => checker.exploration(explore, kind.iter()),
+        Some(Behaviour::Explore(explore)) => {
+            checker.exploration(explore, kind.iter());
+            checker.area(explore);
+        }
         None => {}
     }
 }

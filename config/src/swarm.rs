@@ -59,7 +59,7 @@ impl Swarm {
             swarm: self.name.clone(),
             robot: robot.clone(),
             kind: self.kind_of(robot).clone(),
-            behaviour: self.behaviour.assigned(),
+            behaviour: self.behaviour.of_robot(&self.world),
             beacon: self.beacon.clone(),
             peers: Vec::new(),
             record_dir: None,

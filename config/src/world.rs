@@ -1,5 +1,6 @@
 //! The simulated place.
 
+use crate::boxes::bounds;
 use serde::{Serialize, Serializer};
 use std::sync::Arc;
 
@@ -22,6 +23,36 @@ pub struct World {
     /// Round obstacles that move.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub movers: Vec<Mover>,
+}
+
+impl World {
+    /// The smallest rectangle along the axes around the enclosure, or else around everything that does not move:
+    /// south-west and north-east corner, metres. None for a world without anything.
+    #[must_use]
+    pub fn bounds_m(&self) -> Option<[[f64; 2]; 2]> {
+        if let Some(enclosure) = self.polygons.iter().find(|polygon| polygon.enclosure) {
+            return bounds(enclosure.points_m.iter().copied());
+        }
+        let outlines = self.polygons.iter().flat_map(|polygon| &polygon.points_m).copied();
+        let chains = self.polylines.iter().flat_map(|chain| &chain.points_m).copied();
+        let discs = self.circles.iter().flat_map(|disc| {
+            let [x_m, y_m] = disc.centre_m;
+            [[x_m - disc.radius_m, y_m - disc.radius_m], [x_m + disc.radius_m, y_m + disc.radius_m]]
+        });
+        let map = self.map.iter().flat_map(|map| map.corners_m());
+        bounds(outlines.chain(chains).chain(discs).chain(map))
+    }
+}
+
+impl GridMap {
+    /// Its four corners, world frame, metres.
+    fn corners_m(&self) -> [[f64; 2]; 4] {
+        let (sin, cos) = (libm::sin(self.origin_yaw_rad), libm::cos(self.origin_yaw_rad));
+        let [width_m, height_m] = [self.width, self.height].map(|cells| cells as f64 * self.resolution_m);
+        let turned =
+            |[x_m, y_m]: [f64; 2]| [self.origin_m[0] + x_m * cos - y_m * sin, self.origin_m[1] + x_m * sin + y_m * cos];
+        [[0.0, 0.0], [width_m, 0.0], [width_m, height_m], [0.0, height_m]].map(turned)
+    }
 }
 
 /// A simple polygon.

@@ -27,7 +27,11 @@ pub(crate) fn explore(table: &mut Table<'_>) -> Option<Explore> {
     let cell_m = table.number("cell_m", 0.02..=10.0, Some(usual.cell_m));
     let step_s = table.number("step_s", 0.05..=60.0, Some(usual.step_s));
     let reach_cells = table.integer_u8("reach_cells", 1..=10, usual.reach_cells);
+    let area_m = table.optional_region("area_m", "the bounds of the world; a robot's own file must have it");
+    let speed_mps = table.number("speed_mps", 0.05..=10.0, Some(usual.speed_mps));
+    let decide_s = table.number("decide_s", 0.1..=60.0, Some(usual.decide_s));
     let base = Explore { method: method?, value: value?, cell_m: cell_m?, step_s: step_s?, ..usual };
+    let base = Explore { area_m: area_m?, speed_mps: speed_mps?, decide_s: decide_s?, ..base };
     let papers = immune(table, Explore { reach_cells: reach_cells?, ..base })?;
     ours(table, papers)
 }

@@ -43,8 +43,8 @@ fn every_method_has_a_word() {
 #[test]
 fn what_cannot_be_is_refused() {
     let (key, words) = said(&[]);
-    assert_eq!(key, "behaviour.kind");
-    assert!(words.contains("a kind that is no point") && words.contains("bodies do not do it yet"), "{words}");
+    assert_eq!(key, "behaviour.cell_m");
+    assert!(words.starts_with("1; at most the radius of the smallest body, 0.3"), "{words}");
     let of_points = |change| said(&[&POINTS[..], &[change]].concat());
     let (key, words) = of_points("behaviour.far_cells=4");
     assert_eq!((key.as_str(), words.as_str()), ("behaviour.far_cells", "4; more than near_cells, 4"));
@@ -57,4 +57,23 @@ fn what_cannot_be_is_refused() {
     assert_eq!(key, "behaviour.method");
     let (key, words) = of_points("world={ name = \"open\" }");
     assert!(key == "behaviour.kind" && words.contains("without an enclosure"), "{key}: {words}");
+}
+
+#[test]
+fn a_robot_s_own_file_says_what_is_to_be_mapped() {
+    let swarm = load(&[BARE, "behaviour.cell_m=0.2"]).unwrap_or_else(|problems| panic!("{problems}"));
+    let Behaviour::Explore(explore) = &swarm.behaviour else { panic!("an exploration") };
+    assert_eq!(explore.area_m, None, "the world says it");
+    let file = swarm.robot_file(3).expect("its robot");
+    let Behaviour::Explore(explore) = &file.behaviour else { panic!("an exploration") };
+    assert_eq!(explore.area_m, Some([[0.0, 0.0], [24.0, 14.0]]));
+    let mut text = file.to_toml();
+    let path = std::env::temp_dir().join(format!("drover-explore-{}.toml", std::process::id()));
+    std::fs::write(&path, &text).expect("a folder for such files");
+    assert_eq!(crate::load_robot(&path, &[]).unwrap_or_else(|problems| panic!("{problems}")), file);
+    text = text.lines().filter(|line| !line.starts_with("area_m")).collect::<Vec<_>>().join("\n");
+    std::fs::write(&path, text).expect("the same folder");
+    let problems = crate::load_robot(&path, &[]).expect_err("no area");
+    let _ = std::fs::remove_file(&path);
+    assert_eq!(problems.iter().next().map(|problem| problem.key.clone()).as_deref(), Some("behaviour.area_m"));
 }

@@ -7,11 +7,10 @@
 
 use super::{Around, Params, Places, Teammate};
 use crate::avoid::{Capsule, Disc, SafeSet};
-use crate::law::{Outcome, View};
+use crate::law::{Outcome, View, drive};
 use crate::links::{LinkPeer, Place};
 use drover_config::{Deploy, Exchange, RobotFile};
-use drover_contract::math::atan2;
-use drover_contract::{LinkReport, RobotId, Stamp, Twist, Vec2, wrap};
+use drover_contract::{LinkReport, RobotId, Stamp, Twist, Vec2};
 use std::sync::Arc;
 
 /// By how much each robot's position may be wrong, as links reckon with it, metres.
@@ -20,10 +19,6 @@ const MARGIN_M: f64 = 0.3;
 const INNER_M: f64 = 0.15;
 /// Returns farther than this are no matter, metres.
 const SIGHT_M: f64 = 3.0;
-/// Farther off the heading than this, the robot turns in place, radians.
-const TURN_IN_PLACE_RAD: f64 = 0.7;
-/// Turn towards the way, 1/s.
-const TURN_GAIN: f64 = 2.0;
 /// From a measurement to wheels that obey it, with the tick, seconds.
 const REACTION_S: f64 = 0.2;
 /// A step shorter than this is none, metres.
@@ -106,21 +101,8 @@ impl Deployer {
         let set = SafeSet::around(self.mate.params().safe, at_w, discs, peers_w, &walls);
         let step = self.mate.steer(&set, wish) - at_w;
         self.wish_w = step / self.period_s;
-        Outcome::Solved(if self.arrived { Twist::ZERO } else { self.drive(view, step) })
-    }
-
-    fn drive(&self, view: &View<'_>, step: Vec2) -> Twist {
-        if step.norm() < STEP_M_MIN {
-            return Twist::ZERO;
-        }
-        let off_rad = wrap(atan2(step.y, step.x) - view.motion.pose_wb.yaw_rad);
-        let turn_max = view.limits.yaw_rate_radps_max;
-        let turn_radps = (TURN_GAIN * off_rad).clamp(-turn_max, turn_max);
-        if off_rad.abs() > TURN_IN_PLACE_RAD {
-            return Twist::new(0.0, turn_radps);
-        }
-        let speed_mps = step.norm() / self.period_s * (1.0 - off_rad.abs() / TURN_IN_PLACE_RAD).max(0.2);
-        Twist::new(speed_mps.min(view.limits.speed_mps_max), turn_radps)
+        let stays = self.arrived || step.norm() < STEP_M_MIN;
+        Outcome::Solved(if stays { Twist::ZERO } else { drive::along(view, step, step.norm() / self.period_s) })
     }
 
     pub(crate) fn reached(&self) -> bool {
