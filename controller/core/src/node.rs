@@ -2,10 +2,12 @@
 
 use crate::cadence::{Beat, Cadence};
 use crate::estimate::{Estimate, Motion};
+use crate::law::explore::Surveyor;
 use crate::law::{Law, Outcome, View};
 use crate::limit::{limit, limits_of};
 use crate::links::LinkPeer;
 use crate::mailbox::Mailbox;
+use crate::map::SharedMap;
 use crate::peers::{Body, Neighbour, Peers, Roster};
 use crate::sight::{Matches, Surroundings};
 use crate::status::{Counters, HeardPeer, Status};
@@ -13,7 +15,7 @@ use crate::supervisor::conditions::{Ages, RequestFact};
 use crate::supervisor::{self, Conditions, GuardParams, Obstacles, Reason, StopReason, Supervisor, Verdict, near_side};
 use drover_config::{Drive, Mount, RobotFile, Timeouts};
 use drover_contract::{
-    Beacon, BehaviourState, Event, Limits, LinkReport, Pose, RobotId, SafeCommand, Scan, Stamp, Twist, Vec2,
+    Beacon, BehaviourState, Event, Limits, LinkReport, MapReport, Pose, RobotId, SafeCommand, Scan, Stamp, Twist, Vec2,
 };
 use nalgebra::Isometry2;
 use std::sync::Arc;
@@ -47,6 +49,8 @@ pub struct Node {
     law: Law,
     /// What to tell of links, beside the newest beacon.
     links_due: Option<LinkReport>,
+    /// What to tell of the map, beside it.
+    map_due: Option<MapReport>,
     supervisor: Supervisor,
     guard: GuardParams,
     /// Where the lidar sits on the body.
@@ -101,6 +105,7 @@ impl Node {
             estimate: Estimate::new(start_wb, file.kind.body.track_m),
             law: Law::new(file, &roster, epoch, now),
             links_due: None,
+            map_due: None,
             peers: Peers::new(id, roster, peer_timeout),
             supervisor: Supervisor::new(guard),
             guard,
@@ -133,6 +138,13 @@ impl Node {
         if let Some(law) = self.law.deployer_mut() {
             let place = law.place(motion.pose_wb.position(), motion.twist_b.speed_mps, self.limits.brake_mps2);
             law.handle_report(now, report, &place);
+        }
+    }
+
+    /// Takes what a peer tells of the map; nothing to a behaviour that makes none.
+    pub fn handle_map(&mut self, now: Stamp, report: &MapReport) {
+        if let Some(law) = self.law.surveyor_mut() {
+            law.handle_report(now, report);
         }
     }
 
@@ -238,6 +250,8 @@ impl Node {
             walls_b: &scene.walls_b,
             points_b: &scene.seen.points_b,
             unseen_b: &scene.unseen_b,
+            scan: self.mailbox.scan.as_ref().map(|scan| (scan, *scene.seen.sensor_b())),
+            bodies: &scene.bodies,
             limits: &self.limits,
         };
         match self.law.step(&view) {
@@ -296,6 +310,7 @@ impl Node {
             let peers: Vec<LinkPeer> = self.peers.told(now).collect();
             self.links_due = Some(law.attend(now, &place, &peers));
         }
+        self.map_due = self.law.surveyor_mut().map(|law| law.report(now));
         Some(Beacon {
             robot: self.id,
             epoch: self.epoch,
@@ -315,6 +330,17 @@ impl Node {
     /// What to tell of links beside the beacon that [`Node::poll_beacon`] has just given, if the behaviour keeps any.
     pub fn poll_links(&mut self) -> Option<LinkReport> {
         self.links_due.take()
+    }
+
+    /// What to tell of the map beside the beacon that [`Node::poll_beacon`] has just given, if the behaviour makes one.
+    pub fn poll_map(&mut self) -> Option<MapReport> {
+        self.map_due.take()
+    }
+
+    /// The map that it makes, if its behaviour makes one.
+    #[must_use]
+    pub fn map(&self) -> Option<&SharedMap> {
+        self.law.surveyor().map(Surveyor::map)
     }
 
     /// The robot as of its last tick.

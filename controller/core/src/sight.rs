@@ -120,6 +120,11 @@ impl Surroundings {
         self.starts.push(self.points_b.len() as u32);
     }
 
+    /// Where the sensor of the scan is in the body frame of now.
+    pub(crate) const fn sensor_b(&self) -> &Isometry2<f64> {
+        &self.sensor_b
+    }
+
     /// Nothing is seen.
     pub(crate) fn clear(&mut self) {
         self.points_b.clear();

@@ -6,9 +6,10 @@
 use crate::adapter::{Adapter, LinkCounters};
 use crate::witness::Recording;
 use drover_codec::beacon::{self, Message};
-use drover_codec::links;
+use drover_codec::{links, map};
 use drover_config::RobotFile;
 use drover_contract::{Clock, DriveState, Event, Link, SafeCommand, Scan, Severity, Stamp, Watchdog};
+use drover_core::map::SharedMap;
 use drover_core::{HeardPeer, Node, Status, StopReason};
 use std::task::{Context, Poll};
 use std::time::Duration;
@@ -176,6 +177,12 @@ impl RobotLoop {
         self.node.scan()
     }
 
+    /// The map that it makes, if its behaviour makes one.
+    #[must_use]
+    pub fn map(&self) -> Option<&SharedMap> {
+        self.node.map()
+    }
+
     /// The peers that are heard, sorted by id.
     pub fn heard(&self, now: Stamp) -> impl Iterator<Item = HeardPeer> + '_ {
         self.node.heard(now)
@@ -226,12 +233,13 @@ impl RobotLoop {
         match beacon::decode(bytes) {
             Ok(Message::Beacon { swarm, beacon }) if swarm == self.swarm => self.node.handle_beacon(now, &beacon),
             Ok(Message::Links { swarm, report }) if swarm == self.swarm => self.node.handle_links(now, &report),
+            Ok(Message::Map { swarm, report }) if swarm == self.swarm => self.node.handle_map(now, &report),
             Ok(Message::Stop { swarm, robot }) if swarm == self.swarm => {
                 if robot.is_none_or(|id| id.0 == self.file.robot.id) {
                     self.node.handle_stop(now, StopReason::Operator);
                 }
             }
-            Ok(Message::Beacon { .. } | Message::Links { .. } | Message::Stop { .. }) => {}
+            Ok(Message::Beacon { .. } | Message::Links { .. } | Message::Map { .. } | Message::Stop { .. }) => {}
             Err(_) => self.beacons_refused += 1,
         }
     }
@@ -324,6 +332,10 @@ impl RobotLoop {
         self.say(&bytes);
         if let Some(report) = self.node.poll_links() {
             let bytes = links::encode_links(self.swarm, &report, self.beacon_seq);
+            self.say(&bytes);
+        }
+        if let Some(report) = self.node.poll_map() {
+            let bytes = map::encode_map(self.swarm, &report, self.beacon_seq);
             self.say(&bytes);
         }
     }

@@ -1,5 +1,5 @@
-//! What robots broadcast to each other: DROVER_BEACON, DROVER_LINKS (in `links.rs`) and DROVER_STOP of our own dialect,
-//! `dialect/drover.xml`.
+//! What robots broadcast to each other: DROVER_BEACON, DROVER_LINKS (in `links.rs`), DROVER_MAP (in `map.rs`) and
+//! DROVER_STOP of our own dialect, `dialect/drover.xml`.
 //!
 //! One MAVLink 2 frame a datagram. DROVER_BEACON carries 63 bytes of state (75 bytes on the wire with header and CRC
 //! at most) and keeps 64 more for a signature that is not made yet: zeros at a payload's end are not sent, so it costs
@@ -8,9 +8,10 @@
 //! protection against a hostile sender.
 
 use crate::links::{LINKS, LINKS_BYTES_MAX, LINKS_EXTRA_CRC, read_links};
+use crate::map::{MAP, MAP_BYTES_MAX, MAP_EXTRA_CRC, read_map};
 use crate::mavlink::raw::Raw;
 use crate::mavlink::wire::{Emitter, Skipped, frames_of};
-use drover_contract::{Beacon, BehaviourState, LinkReport, MavId, Pose, RobotId, Stamp, Twist};
+use drover_contract::{Beacon, BehaviourState, LinkReport, MapReport, MavId, Pose, RobotId, Stamp, Twist};
 use std::f64::consts::PI;
 use thiserror::Error;
 
@@ -50,6 +51,13 @@ pub enum Message {
         swarm: u32,
         /// The links: boxed, for it is ten times as big as the others.
         report: Box<LinkReport>,
+    },
+    /// A robot's part in making a map.
+    Map {
+        /// [`swarm_hash`] of its swarm's name.
+        swarm: u32,
+        /// Its report: boxed as links are.
+        report: Box<MapReport>,
     },
     /// Stop, latched.
     Stop {
@@ -158,6 +166,7 @@ pub fn decode(datagram: &[u8]) -> Result<Message, DecodeError> {
     match frame.message {
         BEACON if frame.payload.len() <= BEACON_BYTES_MAX => read_beacon(raw, frame.from.system),
         LINKS if frame.payload.len() <= LINKS_BYTES_MAX => read_links(raw, frame.from.system),
+        MAP if frame.payload.len() <= MAP_BYTES_MAX => read_map(raw, frame.from.system),
         STOP if frame.payload.len() <= STOP_BYTES_MAX => Ok(read_stop(raw)),
         _ => Err(DecodeError::Oversized(datagram.len())),
     }
@@ -167,6 +176,7 @@ fn extra_crc(message: u32) -> Option<u8> {
     match message {
         BEACON => Some(BEACON_EXTRA_CRC),
         LINKS => Some(LINKS_EXTRA_CRC),
+        MAP => Some(MAP_EXTRA_CRC),
         STOP => Some(STOP_EXTRA_CRC),
         _ => None,
     }

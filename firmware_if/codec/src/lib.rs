@@ -3,4 +3,5 @@
 pub mod beacon;
 pub mod can;
 pub mod links;
+pub mod map;
 pub mod mavlink;

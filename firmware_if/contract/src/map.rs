@@ -5,7 +5,7 @@ use crate::RobotId;
 /// How many writers' heads one report tells; with more writers they take turns.
 pub const HEADS_TOLD_MAX: usize = 5;
 /// Bytes of changes in one report at most.
-pub const CHANGES_BYTES_MAX: usize = 90;
+pub const CHANGES_BYTES_MAX: usize = 88;
 
 /// One life of a robot. What it says of the map is numbered within it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

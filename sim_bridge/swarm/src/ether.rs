@@ -15,13 +15,14 @@ const MESSAGES_PER_TURN: usize = 16;
 pub(crate) struct Ether {
     radio: Radio<Arc<[u8]>>,
     ends: Vec<MemoryLink>,
+    sent_bytes: u64,
 }
 
 impl Ether {
     /// A quiet ether with the swarm's radio; `ends[i]` is the far end of robot i's beacon link.
     pub(crate) fn new(swarm: &Swarm, ends: Vec<MemoryLink>) -> Self {
         let ids: Vec<u32> = swarm.robots.iter().map(|robot| robot.id).collect();
-        Self { radio: Radio::new(&swarm.radio, &ids, swarm.seed), ends }
+        Self { radio: Radio::new(&swarm.radio, &ids, swarm.seed), ends, sent_bytes: 0 }
     }
 
     /// Robot `index` has a new beacon link; what the old one held is lost.
@@ -42,6 +43,11 @@ impl Ether {
         self.radio.tally()
     }
 
+    /// What the robots said, bytes.
+    pub(crate) const fn sent_bytes(&self) -> u64 {
+        self.sent_bytes
+    }
+
     /// Heap bytes held.
     pub(crate) fn bytes(&self) -> usize {
         self.radio.bytes()
@@ -53,6 +59,7 @@ impl Ether {
         for from in 0..self.ends.len() {
             for _ in 0..MESSAGES_PER_TURN {
                 let Ok(Some(len)) = self.ends[from].try_recv(&mut buf) else { break };
+                self.sent_bytes += len as u64;
                 self.radio.broadcast(now, from, scene, buf[..len].into());
             }
         }

@@ -28,7 +28,7 @@ mod watcher;
 pub use batch::{Batch, BatchResult, Progress};
 pub use deployment::DeployFigures;
 pub use direct::DirectSwarm;
-pub use explore::{CellSwarm, ExploreFigures};
+pub use explore::{CellSwarm, ExploreFigures, SurveyFigures};
 pub use flock::{FlockFigures, FlockSwarm};
 pub use points::{Aftermath, PointSwarm, capsules, kill_one};
 pub use recording::RunFolder;

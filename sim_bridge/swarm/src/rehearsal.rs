@@ -11,6 +11,7 @@ use crate::trial::Trial;
 use drover_config::{Links, RobotFile, Swarm};
 use drover_contract::{CanBus, Clock, Link, Stamp};
 use drover_core::Status;
+use drover_core::map::SharedMap;
 use drover_io::{ManualClock, MemoryBus, MemoryLink, MemoryNode, MemoryTapes, OpenError, Tape, memory_link};
 use drover_record::Recorder;
 use drover_robot::{Assembly, Hardware, Recording, RobotLoop, StopReason, View, assemble};
@@ -316,8 +317,16 @@ impl Trial for VirtualSwarm {
         self.robot(robot).map(|robot| View::of(robot, self.now()))
     }
 
+    fn map(&self, robot: usize) -> Option<&SharedMap> {
+        self.robot(robot).and_then(RobotLoop::map)
+    }
+
     fn radio(&self) -> RadioTally {
         self.ether.tally()
+    }
+
+    fn messages_bytes(&self) -> u64 {
+        self.ether.sent_bytes()
     }
 
     fn aged_commands(&self) -> u64 {

@@ -3,7 +3,7 @@
 use crate::deployment::{DeployFigures, Deployment, is_of_points};
 use crate::digest::Digest;
 use crate::direct::DirectSwarm;
-use crate::explore::{CellSwarm, ExploreFigures};
+use crate::explore::{CellSwarm, ExploreFigures, SurveyFigures, Surveying};
 use crate::flock::{FlockFigures, FlockSwarm, Flocking};
 use crate::points::PointSwarm;
 use crate::rehearsal::VirtualSwarm;
@@ -11,6 +11,7 @@ use crate::summary::end_of;
 use drover_config::{Behaviour, Deploy, Flock, Swarm};
 use drover_contract::{Stamp, Vec2};
 use drover_core::Status;
+use drover_core::map::SharedMap;
 use drover_io::OpenError;
 use drover_record::Recorder;
 use drover_robot::View;
@@ -40,6 +41,10 @@ pub trait Trial {
     fn status(&self, robot: usize) -> Option<&Status>;
     /// What robot `robot` tells of itself; `None` if it is dead or not there.
     fn view(&self, robot: usize) -> Option<View>;
+    /// The map that robot `robot` makes; `None` if it makes none, is dead or not there.
+    fn map(&self, _robot: usize) -> Option<&SharedMap> {
+        None
+    }
     /// What happened on the air.
     fn radio(&self) -> RadioTally;
     /// Commands that were too old when they had left.
@@ -102,6 +107,9 @@ pub struct TrialResult {
     /// Of an exploration: the same.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub explore: Option<ExploreFigures>,
+    /// Of an exploration by bodies: the same.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub survey: Option<SurveyFigures>,
 }
 
 /// What is looked at while a run goes on.
@@ -125,9 +133,10 @@ pub fn trial_of(swarm: &Swarm, fidelity: Fidelity, recorder: Option<&Recorder>) 
         (Fidelity::Direct, _) => match &swarm.behaviour {
             Behaviour::Deploy(deploy) if is_of_points(swarm) => Box::new(PointSwarm::new(swarm, deploy)),
             Behaviour::Flock(flock) if is_of_points(swarm) => Box::new(FlockSwarm::new(swarm, flock)),
-            // Bodies do not explore yet: the configuration refuses them.
-            Behaviour::Explore(explore) => Box::new(CellSwarm::new(swarm, explore)),
-            Behaviour::Deploy(_) | Behaviour::Flock(_) | Behaviour::Diffuse(_) => Box::new(DirectSwarm::new(swarm)),
+            Behaviour::Explore(explore) if is_of_points(swarm) => Box::new(CellSwarm::new(swarm, explore)),
+            Behaviour::Deploy(_) | Behaviour::Flock(_) | Behaviour::Diffuse(_) | Behaviour::Explore(_) => {
+                Box::new(DirectSwarm::new(swarm))
+            }
         },
         (Fidelity::Wire, Some(recorder)) => Box::new(VirtualSwarm::recorded(swarm, recorder)?),
         (Fidelity::Wire, None) => Box::new(VirtualSwarm::unrecorded(swarm)?),
@@ -141,6 +150,7 @@ pub fn run_trial(swarm: &Swarm, trial: &mut dyn Trial, watch: &mut dyn Watch) ->
     let mut digest = Digest::default();
     let mut deployment = deploys(swarm).map(|deploy| Deployment::new(swarm, deploy, trial.arena()));
     let mut flocking = flocks(swarm).map(|flock| Flocking::new(swarm, flock));
+    let mut surveying = Surveying::new(swarm, trial);
     let mut steps = 0;
     while trial.now() < limit && !all_reached(swarm, trial) {
         let before = trial.now();
@@ -154,6 +164,9 @@ pub fn run_trial(swarm: &Swarm, trial: &mut dyn Trial, watch: &mut dyn Watch) ->
         if let Some(flocking) = &mut flocking {
             flocking.see(trial.arena(), |robot| trial.status(robot), trial.now().as_secs_f64());
         }
+        if let Some(surveying) = &mut surveying {
+            surveying.see(trial, trial.now().as_secs_f64());
+        }
         if !watch.stepped(trial) {
             return None;
         }
@@ -162,7 +175,10 @@ pub fn run_trial(swarm: &Swarm, trial: &mut dyn Trial, watch: &mut dyn Watch) ->
     let flock = flocking.map(|flocking| flock_figures(swarm, trial, &flocking));
     Some(match deployment {
         Some(deployment) => with_deployment(result, trial, &deployment),
-        None => with_exploration(TrialResult { flock, ..result }, trial.explored()),
+        None => {
+            let result = with_exploration(TrialResult { flock, ..result }, trial.explored());
+            with_survey(result, surveying.map(|surveying| surveying.figures(trial)))
+        }
     })
 }
 
@@ -224,6 +240,13 @@ fn with_exploration(result: TrialResult, explore: Option<ExploreFigures>) -> Tri
     }
 }
 
+/// The same by bodies, whose walls are true.
+fn with_survey(result: TrialResult, survey: Option<SurveyFigures>) -> TrialResult {
+    let Some(figures) = survey else { return result };
+    let reached_fraction = f64::from(u8::from(figures.finished));
+    TrialResult { reached: figures.finished, reached_fraction, survey: Some(figures), ..result }
+}
+
 fn all_reached(swarm: &Swarm, trial: &dyn Trial) -> bool {
     let mut living = (0..swarm.robots.len()).filter_map(|robot| trial.status(robot)).peekable();
     living.peek().is_some() && living.all(|status| status.reached)
@@ -267,5 +290,6 @@ fn measure(swarm: &Swarm, trial: &dyn Trial, digest: Digest) -> TrialResult {
         deploy: None,
         flock: None,
         explore: None,
+        survey: None,
     }
 }

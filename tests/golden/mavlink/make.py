@@ -5,7 +5,7 @@
     venv/bin/python tests/golden/mavlink/make.py
 
 writes `host.txt` (what an onboard computer sends), `device.txt` (what an autopilot and a lidar bridge send) and
-`beacon.txt` and `links.txt` (our own dialect, whose Python form pymavlink's mavgen makes from
+`beacon.txt`, `links.txt` and `map.txt` (our own dialect, whose Python form pymavlink's mavgen makes from
 firmware_if/codec/dialect/drover.xml).
 A line is `LABEL FRAME-IN-HEX FIELD=VALUE ...`; texts stand in hex, arrays are joined by commas. With --check nothing is
 written: the exit code says whether the files are what this script would write.
@@ -200,6 +200,28 @@ def links(drover):
     yield entry("bad_links_edge", edge_high=[2, 9, 0])
 
 
+def map_reports(drover):
+    fields = {
+        "swarm": swarm_hash(b"first"), "robot": 70_003, "epoch": 5, "seq": 1234, "lattice": 0xDEADBEEF, "goal": 4_712,
+        "head_robot": [70_003, 9, 0, 0, 0], "head_epoch": [5, 2, 0, 0, 0], "head": [77, 4_000_000_000, 0, 0, 0],
+        "writer": 9, "writer_epoch": 2, "after": 300, "upto": 309, "flags": 1, "length": 5,
+        "changes": [172, 2, 8, 79, 1] + [0] * 83}
+
+    def entry(label, **changes):
+        message = drover.MAVLink_drover_map_message(**{**fields, **changes})
+        return line(label, message, drover, system=70_003 & 255, component=191, seq=17)
+
+    yield entry("map")
+    yield entry("map_with_signature", signature=[index + 1 for index in range(64)])
+    nothing = {"writer": 0, "writer_epoch": 0, "after": 0, "upto": 0, "flags": 0, "length": 0, "changes": [0] * 88}
+    yield entry("map_without_a_piece", **nothing, goal=0)
+    yield entry("map_full", head_robot=[1, 2, 3, 4, 5], length=88, changes=[1] * 88)
+    yield entry("bad_map_robot", robot=0)
+    yield entry("bad_map_sender", robot=70_004)
+    yield entry("bad_map_upto", upto=300)
+    yield entry("bad_map_length", length=89)
+
+
 def own_dialect(folder):
     with contextlib.redirect_stdout(io.StringIO()):
         mavgen.mavgen(mavgen.Opts(os.path.join(folder, "drover"), "2.0", "Python3"), [DIALECT])
@@ -212,7 +234,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         drover = own_dialect(folder)
         files = {"host.txt": host(), "device.txt": device(), "beacon.txt": beacon(drover),
-                 "links.txt": links(drover)}
+                 "links.txt": links(drover), "map.txt": map_reports(drover)}
         same = True
         for name, lines in files.items():
             head = f"# Made by tests/golden/mavlink/make.py with pymavlink {pymavlink.__version__}; do not edit.\n"

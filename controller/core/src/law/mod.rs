@@ -5,16 +5,19 @@
 
 pub mod deploy;
 mod diffuse;
+mod drive;
 pub mod explore;
 pub mod flock;
 
 use crate::estimate::Motion;
-use crate::peers::{Neighbour, Roster};
+use crate::peers::{Body, Neighbour, Roster};
 use deploy::Deployer;
 pub use diffuse::Diffusion;
 use drover_config::{Behaviour, RobotFile};
-use drover_contract::{BehaviourState, Limits, RobotId, Stamp, Twist, Vec2};
+use drover_contract::{BehaviourState, Limits, RobotId, Scan, Stamp, Twist, Vec2, Writer};
+use explore::Surveyor;
 use flock::Flocker;
+use nalgebra::Isometry2;
 
 /// What a law answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +41,10 @@ pub(crate) struct View<'a> {
     pub(crate) points_b: &'a [Vec2],
     /// The near sides of peers that are heard and not seen, as far towards us as they may be, body frame.
     pub(crate) unseen_b: &'a [Vec2],
+    /// The scan as it came, and its sensor in the body frame of now; none without one.
+    pub(crate) scan: Option<(&'a Scan, Isometry2<f64>)>,
+    /// Bodies of peers that may be in it.
+    pub(crate) bodies: &'a [Body],
     pub(crate) limits: &'a Limits,
 }
 
@@ -56,8 +63,7 @@ enum Role {
     Flocker(Box<Flocker>),
     Diffuser(Diffusion),
     Deployer(Box<Deployer>),
-    /// A body that is to explore: it stands. The configuration refuses it; a point over the wire comes here.
-    Idle,
+    Surveyor(Box<Surveyor>),
 }
 
 impl Law {
@@ -81,15 +87,19 @@ impl Law {
             Behaviour::Diffuse(params) => {
                 start(Role::Diffuser(Diffusion::new(*params)), Vec2::zeros(), params.clearance_m)
             }
-            Behaviour::Explore(_) => start(Role::Idle, Vec2::zeros(), 0.0),
+            Behaviour::Explore(explore) => {
+                let writer = Writer { robot: own, epoch };
+                let law = Surveyor::new(explore, &file.kind, writer, roster.ids());
+                start(Role::Surveyor(Box::new(law)), Vec2::zeros(), Surveyor::range_m(&file.kind))
+            }
         }
     }
 
     /// Whether peers matter to it.
     pub(crate) fn asks_for_peers(&self) -> bool {
         match self.role {
-            Role::Flocker(_) | Role::Deployer(_) => true,
-            Role::Diffuser(_) | Role::Idle => false,
+            Role::Flocker(_) | Role::Deployer(_) | Role::Surveyor(_) => true,
+            Role::Diffuser(_) => false,
         }
     }
 
@@ -102,7 +112,7 @@ impl Law {
     pub(crate) fn asks_for_walls(&self) -> bool {
         match self.role {
             Role::Flocker(_) | Role::Deployer(_) => true,
-            Role::Diffuser(_) | Role::Idle => false,
+            Role::Diffuser(_) | Role::Surveyor(_) => false,
         }
     }
 
@@ -110,7 +120,7 @@ impl Law {
     pub(crate) fn deployer(&self) -> Option<&Deployer> {
         match &self.role {
             Role::Deployer(law) => Some(law),
-            Role::Flocker(_) | Role::Diffuser(_) | Role::Idle => None,
+            Role::Flocker(_) | Role::Diffuser(_) | Role::Surveyor(_) => None,
         }
     }
 
@@ -118,14 +128,30 @@ impl Law {
     pub(crate) fn deployer_mut(&mut self) -> Option<&mut Deployer> {
         match &mut self.role {
             Role::Deployer(law) => Some(law),
-            Role::Flocker(_) | Role::Diffuser(_) | Role::Idle => None,
+            Role::Flocker(_) | Role::Diffuser(_) | Role::Surveyor(_) => None,
+        }
+    }
+
+    /// The law that makes a map, if it is one.
+    pub(crate) fn surveyor(&self) -> Option<&Surveyor> {
+        match &self.role {
+            Role::Surveyor(law) => Some(law),
+            Role::Flocker(_) | Role::Diffuser(_) | Role::Deployer(_) => None,
+        }
+    }
+
+    /// The same to be told something.
+    pub(crate) fn surveyor_mut(&mut self) -> Option<&mut Surveyor> {
+        match &mut self.role {
+            Role::Surveyor(law) => Some(law),
+            Role::Flocker(_) | Role::Diffuser(_) | Role::Deployer(_) => None,
         }
     }
 
     /// Whether it steers away from peers that it hears and does not see.
     pub(crate) fn minds_unseen(&self) -> bool {
         match self.role {
-            Role::Flocker(_) | Role::Deployer(_) | Role::Idle => false,
+            Role::Flocker(_) | Role::Deployer(_) | Role::Surveyor(_) => false,
             Role::Diffuser(_) => true,
         }
     }
@@ -136,7 +162,7 @@ impl Law {
         let outcome = match &mut self.role {
             Role::Flocker(law) => law.step(view),
             Role::Deployer(law) => law.step(view),
-            Role::Idle => Outcome::Solved(Twist::ZERO),
+            Role::Surveyor(law) => law.step(view),
             Role::Diffuser(law) => Outcome::Solved(law.step(view.points_b.iter().chain(view.unseen_b).copied())),
         };
         self.measure(gap_m);
@@ -148,7 +174,8 @@ impl Law {
         let now = match &self.role {
             Role::Flocker(law) => law.progress(gap_m, start_m),
             Role::Deployer(law) => law.progress(),
-            Role::Diffuser(_) | Role::Idle => 0.0,
+            Role::Surveyor(law) => law.progress(),
+            Role::Diffuser(_) => 0.0,
         };
         self.progress = if self.reached() { 1.0 } else { self.progress.max(now) };
     }
@@ -165,7 +192,8 @@ impl Law {
         match &self.role {
             Role::Flocker(law) => law.reached(),
             Role::Deployer(law) => law.reached(),
-            Role::Diffuser(_) | Role::Idle => false,
+            Role::Surveyor(law) => law.reached(),
+            Role::Diffuser(_) => false,
         }
     }
 
@@ -174,7 +202,8 @@ impl Law {
         match &self.role {
             Role::Flocker(law) => law.target_w(),
             Role::Deployer(law) => Some(law.target_w()),
-            Role::Diffuser(_) | Role::Idle => None,
+            Role::Surveyor(law) => law.target_w(),
+            Role::Diffuser(_) => None,
         }
     }
 
@@ -183,7 +212,7 @@ impl Law {
         match &self.role {
             Role::Flocker(law) => !law.leads() && law.leader() == peer,
             Role::Deployer(law) => law.relies_on(peer),
-            Role::Diffuser(_) | Role::Idle => false,
+            Role::Diffuser(_) | Role::Surveyor(_) => false,
         }
     }
 
@@ -191,7 +220,7 @@ impl Law {
     pub(crate) fn leader(&self) -> Option<RobotId> {
         match &self.role {
             Role::Flocker(law) => law.follows(),
-            Role::Deployer(_) | Role::Diffuser(_) | Role::Idle => None,
+            Role::Deployer(_) | Role::Diffuser(_) | Role::Surveyor(_) => None,
         }
     }
 
@@ -199,7 +228,7 @@ impl Law {
     pub(crate) fn wall_entries(&self) -> u32 {
         match &self.role {
             Role::Flocker(law) => law.wall_entries(),
-            Role::Deployer(_) | Role::Diffuser(_) | Role::Idle => 0,
+            Role::Deployer(_) | Role::Diffuser(_) | Role::Surveyor(_) => 0,
         }
     }
 
@@ -207,7 +236,7 @@ impl Law {
     pub(crate) fn gives_way_to(&self) -> Option<RobotId> {
         match &self.role {
             Role::Flocker(law) => law.gives_way_to(),
-            Role::Deployer(_) | Role::Diffuser(_) | Role::Idle => None,
+            Role::Deployer(_) | Role::Diffuser(_) | Role::Surveyor(_) => None,
         }
     }
 

@@ -25,7 +25,7 @@ fn passes(board: &Board, unknowns: Unknowns, cell: usize) -> bool {
 }
 
 /// What a step to a side and to a corner needs to be free.
-fn steps_from(board: &Board, unknowns: Unknowns, cell: usize, mut to: impl FnMut(usize)) {
+pub(crate) fn steps_from(board: &Board, unknowns: Unknowns, cell: usize, mut to: impl FnMut(usize)) {
     let (columns, rows) = (board.columns(), board.rows());
     let (column, row) = (cell % columns, cell / columns);
     let free = |there: bool, other: usize| there && passes(board, unknowns, other);

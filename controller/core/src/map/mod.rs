@@ -25,6 +25,7 @@ mod tiles;
 
 pub use board::{Board, Known};
 pub use exchange::Exchange;
+pub(crate) use field::steps_from;
 pub use field::{Field, Owners, Unknowns};
 pub use lattice::Lattice;
 pub use ledger::{Change, Ledger, WRITERS_MAX};

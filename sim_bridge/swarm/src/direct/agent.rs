@@ -3,6 +3,7 @@
 use super::inbox::Words;
 use drover_config::RobotFile;
 use drover_contract::{Event, Stamp, Twist};
+use drover_core::map::SharedMap;
 use drover_core::{Node, Roster, Status, Workspace};
 use drover_robot::{HeardView, ScanView, View};
 use drover_world::{BodyState, IdealDevice, Lidar, Place};
@@ -59,6 +60,9 @@ impl Agent {
             if let Some(report) = &words.links {
                 self.node.handle_links(now, report);
             }
+            if let Some(report) = &words.map {
+                self.node.handle_map(now, report);
+            }
         }
         let Self { node, device, fresh_scan, .. } = self;
         let Around { place, robot, lidar, state, .. } = around;
@@ -75,7 +79,7 @@ impl Agent {
             self.device.command(now, command.twist_b());
         }
         let beacon = self.node.poll_beacon(now)?;
-        Some(Words { beacon, links: self.node.poll_links().map(Box::new) })
+        Some(Words { beacon, links: self.node.poll_links().map(Box::new), map: self.node.poll_map().map(Box::new) })
     }
 
     fn tick_due(&self, now: Stamp) -> bool {
@@ -100,6 +104,10 @@ impl Agent {
         let heard = self.node.heard(now).map(HeardView::from).collect();
         let scan = self.node.scan().map(ScanView::from);
         View { heard, scan, ..View::of_status(self.id, self.node.status(), now) }
+    }
+
+    pub(super) fn map(&self) -> Option<&SharedMap> {
+        self.node.map()
     }
 
     /// Heap bytes held.

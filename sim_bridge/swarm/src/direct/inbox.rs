@@ -4,7 +4,7 @@
 //! numbers by receiver in one compact list.
 
 use drover_config::Radio;
-use drover_contract::{Beacon, LinkReport, Stamp};
+use drover_contract::{Beacon, LinkReport, MapReport, Stamp};
 use std::collections::VecDeque;
 use std::ops::Range;
 use std::time::Duration;
@@ -18,6 +18,8 @@ pub(super) struct Words {
     pub(super) beacon: Beacon,
     /// Of its links, if its behaviour keeps any.
     pub(super) links: Option<Box<LinkReport>>,
+    /// Of the map, if its behaviour makes one.
+    pub(super) map: Option<Box<MapReport>>,
 }
 
 /// Beacons on their way, and those that have arrived since the last turn.
@@ -126,7 +128,7 @@ mod tests {
             progress: 0.0,
             leader: None,
         };
-        Words { beacon, links: None }
+        Words { beacon, links: None, map: None }
     }
 
     fn inbox() -> Inbox {

@@ -12,6 +12,7 @@ use crate::trial::Trial;
 use agent::{Agent, Around};
 use drover_config::{RobotFile, Swarm};
 use drover_contract::{RobotId, Stamp, Twist};
+use drover_core::map::SharedMap;
 use drover_core::{Roster, Status, Workspace};
 use drover_robot::View;
 use drover_world::{Arena, BodySpec, Radio, RadioTally};
@@ -131,6 +132,10 @@ impl Trial for DirectSwarm {
 
     fn view(&self, robot: usize) -> Option<View> {
         self.agents.get(robot).map(|agent| agent.view(self.now))
+    }
+
+    fn map(&self, robot: usize) -> Option<&SharedMap> {
+        self.agents.get(robot).and_then(Agent::map)
     }
 
     fn radio(&self) -> RadioTally {

@@ -105,7 +105,8 @@ impl CellTeam {
     fn decide(&mut self, own: usize, board: Option<&Board>) -> Move {
         let mates = self.mates();
         let Self { board: map, finders, sight, bodies, step, decisions_us, .. } = self;
-        let view = View { board: board.unwrap_or(map), finders, mates: &mates, own, sight, step: *step };
+        let board = board.unwrap_or(map);
+        let view = View { board, walls: map, finders, mates: &mates, own, sight, step: *step };
         bodies[own].turns += 1;
         let begun = decisions_us.as_ref().map(|_| Instant::now());
         let moved = bodies[own].explorer.step(&view);

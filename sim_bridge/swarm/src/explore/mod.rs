@@ -3,10 +3,13 @@
 mod cells;
 mod figures;
 mod ground;
+mod survey;
 mod swarm;
 
 #[cfg(test)]
 mod tests;
 
 pub use figures::ExploreFigures;
+pub use survey::SurveyFigures;
+pub(crate) use survey::Surveying;
 pub use swarm::CellSwarm;

@@ -1,7 +1,7 @@
 //! One robot that explores: it keeps a target until it is reached, seen through or worth less than another, and goes
 //! one step at a time.
 
-use super::view::{Choose, View, chooser};
+use super::view::{Chooser, View};
 use crate::map::{Field, Unknowns};
 use drover_config::Explore;
 
@@ -17,8 +17,9 @@ pub struct Move {
 }
 
 /// A robot that explores.
+#[derive(Clone, Debug)]
 pub struct Explorer {
-    chooser: Box<dyn Choose + Send>,
+    chooser: Chooser,
     target: Option<usize>,
     field: Field,
 }
@@ -27,29 +28,35 @@ impl Explorer {
     /// A robot without a target.
     #[must_use]
     pub fn new(params: &Explore) -> Self {
-        Self { chooser: chooser(params), target: None, field: Field::default() }
+        Self { chooser: Chooser::new(params), target: None, field: Field::default() }
     }
 
     /// One step. Deterministic: the same views lead to the same moves.
     pub fn step(&mut self, view: &View<'_>) -> Move {
         let at = view.at();
-        let unknowns = self.chooser.unknowns();
-        if self.chooser.ways().is_none() {
+        let unknowns = self.unknowns();
+        let chooser = self.chooser.get_mut();
+        if chooser.ways().is_none() {
             self.field.spread(view.board, at, unknowns);
         }
-        let good = |target: &usize| {
-            *target != at && self.chooser.still_good(view, *target) && self.field.steps(*target).is_some()
-        };
-        let kept = self.target.filter(|_| !self.chooser.reconsiders(view)).filter(good);
-        let target = kept.or_else(|| self.chooser.choose(view, &self.field));
+        let good =
+            |target: &usize| *target != at && chooser.still_good(view, *target) && self.field.steps(*target).is_some();
+        let kept = self.target.filter(|_| !chooser.reconsiders(view)).filter(good);
+        let target = kept.or_else(|| chooser.choose(view, &self.field));
         let chosen = kept.is_none() && target.is_some();
         self.target = target;
         Move { target, next: target.and_then(|target| self.next(view, unknowns, target)), chosen }
     }
 
     fn next(&self, view: &View<'_>, unknowns: Unknowns, target: usize) -> Option<usize> {
-        let field = self.chooser.ways().unwrap_or(&self.field);
+        let field = self.chooser.get().ways().unwrap_or(&self.field);
         field.first_step(view.board, unknowns, target).filter(|next| *next != view.at())
+    }
+
+    /// How its ways lead through what is unknown.
+    #[must_use]
+    pub fn unknowns(&self) -> Unknowns {
+        self.chooser.get().unknowns()
     }
 
     /// Forget the target: the way to it is taken by somebody who does not move.
@@ -76,7 +83,8 @@ mod tests {
         let methods = [ExploreMethod::Nearest, ExploreMethod::Inea, ExploreMethod::Basic, ExploreMethod::Sweep];
         for method in methods {
             let mut explorer = Explorer::new(&Explore::usual(method));
-            let view = View { board: &board, finders: &finders, mates: &mates, own: 0, sight: &sight, step: 1 };
+            let view =
+                View { board: &board, walls: &board, finders: &finders, mates: &mates, own: 0, sight: &sight, step: 1 };
             let moved = explorer.step(&view);
             assert!(moved.target.is_some() && moved.chosen, "{method:?}");
             assert_eq!(moved.next.map(|next| next % 9), Some(1), "{method:?}");
@@ -86,7 +94,8 @@ mod tests {
         });
         for method in methods {
             let mut explorer = Explorer::new(&Explore::usual(method));
-            let view = View { board: &board, finders: &finders, mates: &mates, own: 0, sight: &sight, step: 1 };
+            let view =
+                View { board: &board, walls: &board, finders: &finders, mates: &mates, own: 0, sight: &sight, step: 1 };
             assert_eq!(explorer.step(&view), Move { target: None, next: None, chosen: false }, "{method:?}");
         }
     }

@@ -9,14 +9,20 @@
 //! | [`network`] | the immune network itself (eq. 4, 6 to 8) |
 //! | [`classic`] | nearest, greedy, Burgard, Hungarian, MinPos, market |
 //! | [`sweep`] | what ships |
+//! | [`surveyor`] | a real robot: evidence, space, ways, peers |
+//! | [`way`], [`mates`] | its way over the space of its body; its peers |
 
 mod classic;
 mod explorer;
 mod immune;
+mod mates;
 mod network;
+mod surveyor;
 mod sweep;
 mod value;
 mod view;
+mod way;
 
 pub use explorer::{Explorer, Move};
+pub(crate) use surveyor::Surveyor;
 pub use view::{Mate, View};

@@ -75,7 +75,7 @@ impl Sweep {
         self.pockets.begin(view.board.count());
         for target in view.others().filter_map(|(_, mate)| mate.target) {
             let weights = &mut self.weights;
-            view.sight.look(view.board, target, |cell| blocks(view.board, cell), |cell| weights.claim(cell));
+            view.sight.look(view.board, target, |cell| view.blocks(cell), |cell| weights.claim(cell));
         }
     }
 
@@ -135,7 +135,7 @@ impl Sweep {
         view.sight.look(
             view.board,
             cell,
-            |cell| blocks(view.board, cell),
+            |cell| view.blocks(cell),
             |cell| {
                 if view.board.at(cell) == Known::Unknown {
                     gain += self.weight(view.board, cell);
@@ -148,10 +148,6 @@ impl Sweep {
 
 /// What is found within this many steps more is looked at together.
 const STRIDE_STEPS: u32 = 4;
-
-fn blocks(board: &Board, cell: usize) -> bool {
-    board.at(cell) == Known::Occupied
-}
 
 impl Choose for Sweep {
     fn reconsiders(&self, _view: &View<'_>) -> bool {

@@ -163,7 +163,8 @@ mod tests {
             board.learn(cell, if [40 + 2, 40 - 2].contains(&cell) { Known::Occupied } else { Known::Free });
         });
         let mates = [Some(Mate { at: 40, target: None }), Some(Mate { at: 36, target: Some(44) }), None];
-        let view = View { board: &board, finders: &[0; 81], mates: &mates, own: 0, sight: &sight, step: 0 };
+        let view =
+            View { board: &board, walls: &board, finders: &[0; 81], mates: &mates, own: 0, sight: &sight, step: 0 };
         let values = Values::new(&Explore::usual(ExploreMethod::Inea));
         assert!(close(values.worth(&view, 40), 0.5 * 3.0 + 0.1 * 3.0));
         // Two are known: the other's effect at 4 cells is 1, the mean 1; it goes east, this would go west.
@@ -182,7 +183,8 @@ mod tests {
             board.learn(cell, if cell / 9 == 4 { Known::Free } else { Known::Occupied });
         });
         let mates = [Some(Mate { at: 38, target: None })];
-        let view = View { board: &board, finders: &[0; 81], mates: &mates, own: 0, sight: &sight, step: 0 };
+        let view =
+            View { board: &board, walls: &board, finders: &[0; 81], mates: &mates, own: 0, sight: &sight, step: 0 };
         let values = Values::new(&Explore::usual(ExploreMethod::Inea));
         // Around 40: twelve occupied cells count as nine and one; ten cells are unknown.
         assert_eq!(view.counts(40), [10, 12]);
@@ -205,7 +207,15 @@ mod tests {
         let spread = |others: [usize; 3]| {
             let mate = |at: usize| Some(Mate { at, target: None });
             let mates = [mate(0), mate(others[0]), mate(others[1]), mate(others[2])];
-            let view = View { board: &board, finders: &[0; 180], mates: &mates, own: 0, sight: &sight, step: 0 };
+            let view = View {
+                board: &board,
+                walls: &board,
+                finders: &[0; 180],
+                mates: &mates,
+                own: 0,
+                sight: &sight,
+                step: 0,
+            };
             values.spread(&view, 0)
         };
         // Sum of effects n mu = 1.6: one neighbour, at 4 - 6 ln 0.6 = 7.06 cells; 8.16 for being alone (section 2).

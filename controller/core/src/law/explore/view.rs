@@ -1,5 +1,8 @@
 //! What a robot that explores knows when it decides, and what a method of choosing is.
 
+use super::classic::Classic;
+use super::immune::Immune;
+use super::sweep::Sweep;
 use crate::map::{Board, Field, Known, Sight, Unknowns};
 use drover_config::Explore;
 
@@ -15,8 +18,10 @@ pub struct Mate {
 /// What a robot knows.
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a> {
-    /// Its map.
+    /// Its map, as far as it may go there.
     pub board: &'a Board,
+    /// What cannot be looked through: the same map for a robot of one cell; for a body the one without its size.
+    pub walls: &'a Board,
     /// Who first saw each cell, by rank; meaningless for unknown cells.
     pub finders: &'a [u16],
     /// All robots by rank; none for those it has never heard of, or that are dead.
@@ -56,6 +61,12 @@ impl View<'_> {
         places.filter_map(|place| self.board.cell(place))
     }
 
+    /// Whether a cell cannot be looked through.
+    #[must_use]
+    pub fn blocks(&self, cell: usize) -> bool {
+        self.walls.at(cell) == Known::Occupied
+    }
+
     /// Unknown and occupied cells of the square around a cell.
     #[must_use]
     pub fn counts(&self, cell: usize) -> [usize; 2] {
@@ -91,13 +102,41 @@ pub(super) trait Choose {
 }
 
 /// The chooser of a method.
-pub(super) fn chooser(params: &Explore) -> Box<dyn Choose + Send> {
-    use drover_config::ExploreMethod as Method;
-    match params.method {
-        Method::Sweep => Box::new(super::sweep::Sweep::new(params)),
-        Method::Inea | Method::Basic => Box::new(super::immune::Immune::new(params)),
-        Method::Greedy | Method::Nearest | Method::Burgard | Method::Hungarian | Method::MinPos | Method::Market => {
-            Box::new(super::classic::Classic::new(params))
+#[derive(Clone, Debug)]
+pub(super) enum Chooser {
+    Sweep(Box<Sweep>),
+    Immune(Box<Immune>),
+    Classic(Box<Classic>),
+}
+
+impl Chooser {
+    pub(super) fn new(params: &Explore) -> Self {
+        use drover_config::ExploreMethod as Method;
+        match params.method {
+            Method::Sweep => Self::Sweep(Box::new(Sweep::new(params))),
+            Method::Inea | Method::Basic => Self::Immune(Box::new(Immune::new(params))),
+            Method::Greedy
+            | Method::Nearest
+            | Method::Burgard
+            | Method::Hungarian
+            | Method::MinPos
+            | Method::Market => Self::Classic(Box::new(Classic::new(params))),
+        }
+    }
+
+    pub(super) fn get(&self) -> &dyn Choose {
+        match self {
+            Self::Sweep(chooser) => chooser.as_ref(),
+            Self::Immune(chooser) => chooser.as_ref(),
+            Self::Classic(chooser) => chooser.as_ref(),
+        }
+    }
+
+    pub(super) fn get_mut(&mut self) -> &mut dyn Choose {
+        match self {
+            Self::Sweep(chooser) => chooser.as_mut(),
+            Self::Immune(chooser) => chooser.as_mut(),
+            Self::Classic(chooser) => chooser.as_mut(),
         }
     }
 }

@@ -181,8 +181,18 @@ impl Robot {
         dt_s: f64,
     ) -> Twist {
         let motion = Motion { pose_wb, twist_b, accel_mps2: 0.0, pos_bound_m: 0.0 };
-        let view =
-            View { now, dt_s, motion, neighbours, walls_b, points_b: walls_b, unseen_b: &[], limits: &self.limits };
+        let view = View {
+            now,
+            dt_s,
+            motion,
+            neighbours,
+            walls_b,
+            points_b: walls_b,
+            unseen_b: &[],
+            scan: None,
+            bodies: &[],
+            limits: &self.limits,
+        };
         match self.law.step(&view) {
             Outcome::Solved(twist) => twist,
             Outcome::Stale(_) => {

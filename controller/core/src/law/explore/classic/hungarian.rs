@@ -101,7 +101,7 @@ mod tests {
         let mates: Vec<Option<Mate>> = cells.iter().map(|at| Some(Mate { at: *at, target: None })).collect();
         let (sight, finders) = (Sight::new(2), vec![0; board.count()]);
         let part = |own: usize| {
-            let view = View { board, finders: &finders, mates: &mates, own, sight: &sight, step: 1 };
+            let view = View { board, walls: board, finders: &finders, mates: &mates, own, sight: &sight, step: 1 };
             Classic::new(&params).choose(&view, &fields[own])
         };
         (0..cells.len()).filter_map(part).collect()

@@ -123,7 +123,8 @@ mod tests {
         let sight = Sight::new(2);
         let mates = [0, 1].map(|rank| Some(Mate { at: cells[rank], target: targets[rank] }));
         [0, 1].map(|own| {
-            let view = View { board: &board, finders: &[0; 63], mates: &mates, own, sight: &sight, step: 1 };
+            let view =
+                View { board: &board, walls: &board, finders: &[0; 63], mates: &mates, own, sight: &sight, step: 1 };
             let mut field = Field::default();
             field.spread(&board, cells[own], Unknowns::Solid);
             Classic::new(&Explore::usual(method)).choose(&view, &field)

@@ -1,0 +1,76 @@
+//! The other robots of a team that explores, as one of them knows them: where they are, for how long they have stood
+//! there, and whether they are still with us.
+
+use crate::peers::Neighbour;
+use drover_contract::{BehaviourState, RobotId, Stamp, Vec2};
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// Slower than this is standing, m/s.
+const STANDING_MPS: f64 = 0.05;
+/// Who has stood for this long is gone around.
+const STANDING: Duration = Duration::from_millis(1_500);
+/// ... and for so long after it moved again: two that stand in each other's way would else both go on at once.
+const STOOD: Duration = Duration::from_secs(4);
+/// Who was not heard for this long is out of reach or dead: nothing is left to it, and its body is in the way.
+const SILENT: Duration = Duration::from_secs(5);
+
+/// Another robot.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fellow {
+    pub(super) pos_w: Vec2,
+    pub(super) radius_m: f64,
+    heard: Stamp,
+    still_since: Option<Stamp>,
+    stood_until: Option<Stamp>,
+    stopped: bool,
+}
+
+impl Fellow {
+    /// Whether it takes part: one that is stopped for good, or silent, does not.
+    pub(super) fn takes_part(&self, now: Stamp) -> bool {
+        !self.stopped && now.since(self.heard) < SILENT
+    }
+
+    /// Whether it stands in the way of whoever has to pass.
+    pub(super) fn stands(&self, now: Stamp) -> bool {
+        let still = self.still_since.is_some_and(|since| now.since(since) >= STANDING);
+        still || self.stood_until.is_some_and(|until| now < until) || !self.takes_part(now)
+    }
+}
+
+/// All of them that were ever heard, by id.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Fellows {
+    all: BTreeMap<RobotId, Fellow>,
+}
+
+impl Fellows {
+    /// Those that are heard now.
+    pub(super) fn see(&mut self, now: Stamp, heard: &[Neighbour]) {
+        for peer in heard {
+            let before = self.all.get(&peer.id);
+            let still = peer.twist_b.speed_mps.abs() < STANDING_MPS;
+            let still_since = before.and_then(|fellow| fellow.still_since).or(Some(now)).filter(|_| still);
+            let stood = before.filter(|fellow| fellow.still_since.is_some_and(|since| now.since(since) >= STANDING));
+            let stood_until = stood.map(|_| now + STOOD).or_else(|| before.and_then(|fellow| fellow.stood_until));
+            let fellow = Fellow {
+                pos_w: peer.pose_wb.position(),
+                radius_m: peer.radius_m,
+                heard: now,
+                still_since,
+                stood_until,
+                stopped: peer.state == BehaviourState::Stopped,
+            };
+            self.all.insert(peer.id, fellow);
+        }
+    }
+
+    pub(super) fn of(&self, robot: RobotId) -> Option<&Fellow> {
+        self.all.get(&robot)
+    }
+
+    pub(super) fn all(&self) -> impl Iterator<Item = (RobotId, &Fellow)> + '_ {
+        self.all.iter().map(|(id, fellow)| (*id, fellow))
+    }
+}

@@ -1,0 +1,447 @@
+//! Exploration by a real robot: a body of some size with a lidar, among others, over a radio that loses things.
+//!
+//! **In**: own pose (world) and twist (body); the scan, with the sensor's place on the body; where peers' bodies are; their
+//! beacons and map reports. **Out**: a twist (body frame, m/s and rad/s), and a map report beside every beacon.
+//!
+//! **Map**: beams go into the evidence ([`SharedMap`]), each as far as it is no wider than two cells; hits on peers'
+//! bodies are no walls (invariant 6). Around what is occupied the body has no room ([`Space`]).
+//!
+//! **Where to**: the same methods as for points on cells ([`super::Explorer`]), on the space of the body, seen through the
+//! map without it; every `decide_s`, on arrival, or when the way is closed. **How**: A* on the space ([`super::way`]), again
+//! whenever the map has closed the way; then straight for the farthest point of the way that can be seen through the
+//! space, and the supervisor's guard has the last word.
+//!
+//! **Together**: words about the map and everybody's goal (a lease) go round by gossip ([`Exchange`]). Who is silent or
+//! stopped has no part any more: what it was going for is open to all, and its body is an obstacle for as long as it is
+//! there. One that stands is gone around; if there is no other way and nothing else to do, the one with the higher id
+//! makes room.
+//!
+//! **End**: a certificate. Nothing that the body can reach over free cells borders on anything it could enter and does
+//! not know, in the map of all that it hears, of whom nobody has anything it has not. News that opens something ends it.
+//!
+//! **Cost**: a decision every `decide_s`, see the method; a scan's beams; between them, the points of the way.
+//!
+//! **Cannot solve**: without a free cell within [`HOME_M`] it stands still, and says so.
+
+use super::mates::Fellows;
+use super::way;
+use super::{Explorer, Mate, View as Choice};
+use crate::law::{Outcome, View, drive};
+use crate::map::{Board, Exchange, Field, Known, Lattice, Ray, SharedMap, Sight, Space};
+use crate::peers::Body;
+use drover_config::{Explore, Kind};
+use drover_contract::{Beam, MapReport, Pose, RobotId, Scan, Stamp, Twist, Vec2, Writer};
+use nalgebra::{Isometry2, Point2};
+use std::time::Duration;
+
+/// A hit this much nearer to a peer's middle than its radius, or nearer still, is that peer, metres, beside both bounds.
+const BODY_SLACK_M: f64 = 0.2;
+/// Bounds beyond this are not believed: a lost peer must not swallow every wall, metres.
+const BOUND_M_MAX: f64 = 0.4;
+/// What a centre keeps beside the supervisor's own gap: rounding to cells, metres.
+const SPARE_M: f64 = 0.03;
+/// It likes to keep this much more, metres.
+const CALM_M: f64 = 0.3;
+/// A body that is closer to walls than it should plans from the nearest free cell within this, metres.
+const HOME_M: f64 = 1.0;
+/// It heads for a point of its way no farther ahead than this, metres.
+const AHEAD_M: f64 = 1.5;
+/// It is there when it is this close to a point, in cells.
+const THERE_CELLS: f64 = 0.75;
+/// Beside two bodies and the supervisor's gap, those who pass one that stands keep this, metres.
+const PASS_M: f64 = 0.1;
+/// Who makes room goes as far as this from the other, metres, and stays for so long.
+const ROOM_M: f64 = 4.0;
+const ROOM: Duration = Duration::from_secs(6);
+/// Too little room to be a way, metres in this time, is none: what it went for is left alone for a while.
+const STUCK: Duration = Duration::from_secs(12);
+const STUCK_M: f64 = 0.3;
+const SHUN: Duration = Duration::from_secs(60);
+/// Around what is left alone, cells.
+const SHUN_CELLS: i32 = 2;
+
+/// One robot that explores.
+#[derive(Clone, Debug)]
+pub(crate) struct Surveyor {
+    speed_mps: f64,
+    decide: Duration,
+    decide_due: Stamp,
+    /// From a centre to the body of another robot's centre, less that one's radius, metres.
+    pass_m: f64,
+    own: RobotId,
+    /// Everybody's id, in the order of ranks.
+    ids: Vec<RobotId>,
+    rank: usize,
+    map: SharedMap,
+    space: Space,
+    finders: Vec<u16>,
+    exchange: Exchange,
+    explorer: Explorer,
+    sight: Sight,
+    fellows: Fellows,
+    scanned: Option<Stamp>,
+    decisions: u32,
+    goal: Option<usize>,
+    /// Cells that are still to be gone through, the next one last.
+    way: Vec<usize>,
+    makes_room_until: Option<Stamp>,
+    /// Where and when it last got on.
+    moved: (Vec2, Stamp),
+    shunned: Vec<(usize, Stamp)>,
+    done: bool,
+}
+
+impl Surveyor {
+    /// Robot `own`, in its present life, of a swarm with these ids.
+    pub(crate) fn new(explore: &Explore, kind: &Kind, own: Writer, ids: impl Iterator<Item = RobotId>) -> Self {
+        let [low, high] = explore.area_m.unwrap_or_default().map(|[x, y]| Vec2::new(x, y));
+        let lattice = Lattice::over(low, high, explore.cell_m);
+        let mut ids: Vec<RobotId> = ids.filter(|id| *id != own.robot).chain([own.robot]).collect();
+        ids.sort_unstable();
+        let keep_m = kind.body.radius_m + kind.motion.margin_m + SPARE_M;
+        Self {
+            speed_mps: explore.speed_mps.min(kind.motion.speed_mps_max),
+            decide: Duration::from_secs_f64(explore.decide_s),
+            decide_due: Stamp::ZERO,
+            pass_m: keep_m + PASS_M,
+            own: own.robot,
+            rank: ids.iter().position(|id| *id == own.robot).unwrap_or(0),
+            exchange: Exchange::new(own, hash_of(&lattice), ids.len().saturating_sub(1)),
+            ids,
+            map: SharedMap::new(lattice, own),
+            space: Space::new(&lattice, keep_m, keep_m + CALM_M),
+            finders: vec![0; lattice.columns() * lattice.rows()],
+            explorer: Explorer::new(explore),
+            sight: Sight::new(explore.reach_cells),
+            fellows: Fellows::default(),
+            scanned: None,
+            decisions: 0,
+            goal: None,
+            way: Vec::new(),
+            makes_room_until: None,
+            moved: (Vec2::repeat(f64::INFINITY), Stamp::ZERO),
+            shunned: Vec::new(),
+            done: false,
+        }
+    }
+
+    /// How far a scan can matter to it, metres.
+    pub(crate) fn range_m(kind: &Kind) -> f64 {
+        kind.lidar.range_m_max
+    }
+
+    /// The map, as this robot has it.
+    pub(crate) fn map(&self) -> &SharedMap {
+        &self.map
+    }
+
+    /// Take in what a peer tells of the map.
+    pub(crate) fn handle_report(&mut self, now: Stamp, report: &MapReport) {
+        self.exchange.hear(now, report, &mut self.map);
+    }
+
+    /// What to tell of it.
+    pub(crate) fn report(&mut self, now: Stamp) -> MapReport {
+        let goal = self.goal.filter(|_| !self.done).and_then(|cell| u32::try_from(cell).ok());
+        self.exchange.report(now, &self.map, goal, self.done)
+    }
+
+    /// Whether it has its certificate.
+    pub(crate) fn reached(&self) -> bool {
+        self.done
+    }
+
+    /// Where it goes.
+    pub(crate) fn target_w(&self) -> Option<Vec2> {
+        self.goal.filter(|_| !self.done).map(|cell| self.map.lattice().centre_w(cell))
+    }
+
+    /// Share of the cells of the area that are known: a lower bound of what is done, since nobody knows how many there
+    /// are to be known.
+    pub(crate) fn progress(&self) -> f64 {
+        self.map.board().known_count() as f64 / self.map.board().count() as f64
+    }
+
+    /// One tick.
+    pub(crate) fn step(&mut self, view: &View<'_>) -> Outcome {
+        self.fellows.see(view.now, view.neighbours);
+        self.integrate(view);
+        let at_w = view.motion.pose_wb.position();
+        let Some(home) = self.home(at_w) else { return Outcome::Stale("no free cell to plan from") };
+        self.watch_for_being_stuck(view.now, at_w);
+        self.follow(at_w);
+        if view.now >= self.decide_due || self.is_closed() || (self.way.is_empty() && !self.done) {
+            // Not in every tick, even if there is no way at all.
+            self.decide_due = view.now + self.decide;
+            self.decide(view.now, home);
+            self.follow(at_w);
+        }
+        Outcome::Solved(self.drive(view, at_w))
+    }
+
+    /// A scan that has not been seen yet goes into the map.
+    fn integrate(&mut self, view: &View<'_>) {
+        let Some((scan, sensor_b)) = view.scan.filter(|(scan, _)| self.scanned != Some(scan.stamp)) else { return };
+        self.scanned = Some(scan.stamp);
+        let sensor_w = view.motion.pose_wb.isometry() * sensor_b;
+        let own_bound_m = view.motion.pos_bound_m;
+        let believed_m = believed_m(scan, self.map.lattice().cell_m());
+        let rays = (0..scan.beams.len()).filter_map(|index| {
+            ray(scan, index, (&sensor_w, believed_m), |end_w| is_body(end_w, view.bodies, own_bound_m))
+        });
+        self.map.observe(sensor_w.translation.vector, rays);
+        self.learn();
+    }
+
+    /// The body's space follows the map.
+    fn learn(&mut self) {
+        let Self { map, space, finders, ids, .. } = self;
+        let mut found = Vec::new();
+        map.take_news(|board, cell| {
+            space.learn(board, cell);
+            found.push(cell);
+        });
+        for cell in found {
+            let finder = RobotId(map.finder(cell));
+            finders[cell] = ids.binary_search(&finder).unwrap_or(0) as u16;
+        }
+    }
+
+    /// The free cell of the space nearest to the body.
+    fn home(&self, at_w: Vec2) -> Option<usize> {
+        let lattice = self.map.lattice();
+        let board = self.space.board();
+        let at = lattice.cell_near(at_w);
+        if board.at(at) != Known::Occupied {
+            return Some(at);
+        }
+        let reach = (HOME_M / lattice.cell_m()) as i32;
+        let [column, row] = board.place(at);
+        let around = (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| [column + dx, row + dy]));
+        let free = around.filter_map(|place| board.cell(place)).filter(|cell| board.at(*cell) == Known::Free);
+        let far = |cell: &usize| (lattice.centre_w(*cell) - at_w).norm_squared();
+        free.filter(|cell| far(cell) <= HOME_M * HOME_M).min_by(|a, b| far(a).total_cmp(&far(b)))
+    }
+
+    /// What went on for long without getting anywhere is left alone for a while.
+    fn watch_for_being_stuck(&mut self, now: Stamp, at_w: Vec2) {
+        let (from_w, since) = self.moved;
+        let waits = self.done || self.goal.is_none() || self.makes_room_until.is_some();
+        if waits || !((at_w - from_w).norm() < STUCK_M) {
+            self.moved = (at_w, now);
+        } else if now.since(since) > STUCK {
+            self.moved = (at_w, now);
+            // The next cell of the way is the one that cannot be entered, else the goal itself.
+            let cell = self.way.last().copied().or(self.goal);
+            self.shunned.extend(cell.map(|cell| (cell, now + SHUN)));
+            self.way.clear();
+            self.decide_due = now;
+        }
+        self.shunned.retain(|(_, until)| now < *until);
+    }
+
+    /// Points of the way that are passed are no part of it any more.
+    fn follow(&mut self, at_w: Vec2) {
+        let lattice = self.map.lattice();
+        let there_m = THERE_CELLS * lattice.cell_m();
+        let near = |cell: &usize| (lattice.centre_w(*cell) - at_w).norm() <= there_m;
+        // The way may be cut short, too: whatever lies before a point that is passed is done with.
+        if let Some(first) = self.way.iter().position(near) {
+            self.way.truncate(first);
+        }
+    }
+
+    /// Whether the map has closed the way since it was planned.
+    fn is_closed(&self) -> bool {
+        self.way.iter().any(|cell| self.space.board().at(*cell) == Known::Occupied)
+    }
+
+    fn decide(&mut self, now: Stamp, home: usize) {
+        self.decisions += 1;
+        let bodies = |fellow: &super::mates::Fellow| !fellow.takes_part(now);
+        let open = self.closed_by(now, bodies);
+        let around = self.closed_by(now, |fellow| fellow.stands(now));
+        if self.makes_room_until.is_some_and(|until| now < until) {
+            return self.done = false;
+        }
+        self.makes_room_until = None;
+        if let Some(goal) = self.choose(now, home, &around) {
+            self.done = false;
+            return self.go(&around, home, goal);
+        }
+        self.explorer.forget();
+        let blocked = self.choose(now, home, &open);
+        self.goal = None;
+        self.way.clear();
+        self.done = blocked.is_none() && self.shunned.is_empty() && self.exchange.is_level(now, &self.map);
+        if blocked.is_some() {
+            self.make_room(now, home, &around);
+        }
+    }
+
+    /// The cell to go to on a board.
+    fn choose(&mut self, now: Stamp, home: usize, board: &Board) -> Option<usize> {
+        let mates = self.mates(now, home);
+        let view = Choice {
+            board,
+            walls: self.map.board(),
+            finders: &self.finders,
+            mates: &mates,
+            own: self.rank,
+            sight: &self.sight,
+            step: self.decisions,
+        };
+        self.explorer.step(&view).target
+    }
+
+    /// Everybody that takes part, by rank.
+    fn mates(&self, now: Stamp, home: usize) -> Vec<Option<Mate>> {
+        let lattice = self.map.lattice();
+        let cells = self.map.board().count();
+        let mate = |id: &RobotId| {
+            if *id == self.own {
+                return Some(Mate { at: home, target: self.goal });
+            }
+            let fellow = self.fellows.of(*id).filter(|fellow| fellow.takes_part(now))?;
+            let target = self.exchange.goal_of(*id, now).map(|cell| cell as usize).filter(|cell| *cell < cells);
+            Some(Mate { at: lattice.cell_near(fellow.pos_w), target })
+        };
+        self.ids.iter().map(mate).collect()
+    }
+
+    /// The space without what is left alone, and without the places of some robots.
+    fn closed_by(&self, now: Stamp, counts: impl Fn(&super::mates::Fellow) -> bool) -> Board {
+        let mut board = self.space.board().clone();
+        let lattice = self.map.lattice();
+        for (_, fellow) in self.fellows.all().filter(|(_, fellow)| counts(fellow)) {
+            let within_m = self.pass_m + fellow.radius_m;
+            close_disc(&mut board, lattice, fellow.pos_w, within_m);
+        }
+        for (cell, _) in self.shunned.iter().filter(|(_, until)| now < *until) {
+            close_disc(&mut board, lattice, lattice.centre_w(*cell), f64::from(SHUN_CELLS) * lattice.cell_m());
+        }
+        board
+    }
+
+    fn go(&mut self, board: &Board, home: usize, goal: usize) {
+        // The same goal over the same way: keep it, or the robot would hesitate between ways that are as good.
+        let same = self.goal == Some(goal) && !self.way.is_empty() && !self.is_closed();
+        let open = |cell: &usize| board.at(*cell) != Known::Occupied;
+        self.goal = Some(goal);
+        if same && self.way.iter().all(open) {
+            return;
+        }
+        let way = way::plan(&self.space, board, self.explorer.unknowns(), (home, goal)).unwrap_or_default();
+        self.way = way.into_iter().rev().collect();
+    }
+
+    /// Nothing to do but beyond somebody who stands in the way. Whoever has the lower id waits; the other one goes aside.
+    fn make_room(&mut self, now: Stamp, home: usize, around: &Board) {
+        let lattice = *self.map.lattice();
+        let at_w = lattice.centre_w(home);
+        let standing = self.fellows.all().filter(|(_, fellow)| fellow.takes_part(now) && fellow.stands(now));
+        let gap_m = |fellow: &super::mates::Fellow| (fellow.pos_w - at_w).norm();
+        let nearest = standing.min_by(|(_, a), (_, b)| gap_m(a).total_cmp(&gap_m(b)));
+        let Some((id, fellow)) = nearest.filter(|(id, fellow)| *id < self.own && gap_m(fellow) < ROOM_M) else {
+            return;
+        };
+        let other_w = fellow.pos_w;
+        debug_assert!(id != self.own);
+        let mut field = Field::default();
+        field.spread(around, home, self.explorer.unknowns());
+        let far_m = |cell: &&usize| (lattice.centre_w(**cell) - other_w).norm().min(ROOM_M);
+        let free = field.reached().iter().filter(|cell| around.at(**cell) == Known::Free);
+        // The farthest, and of those that are far enough the first, which is the nearest to go to.
+        let Some(place) = free.rev().max_by(|a, b| far_m(a).total_cmp(&far_m(b))).copied() else { return };
+        self.makes_room_until = Some(now + ROOM);
+        self.go(around, home, place);
+    }
+
+    /// Along the way.
+    fn drive(&self, view: &View<'_>, at_w: Vec2) -> Twist {
+        let lattice = self.map.lattice();
+        let Some(next) = self.way.last().copied() else { return Twist::ZERO };
+        let in_sight = |cell: &usize| {
+            let point_w = lattice.centre_w(*cell);
+            (point_w - at_w).norm() <= AHEAD_M && self.is_open_between(at_w, point_w)
+        };
+        let aim = self.way.iter().copied().find(in_sight).unwrap_or(next);
+        let way_w = lattice.centre_w(aim) - at_w;
+        let left_m = way_w.norm();
+        if left_m < 1e-3 {
+            return Twist::ZERO;
+        }
+        // As fast as it can still stop at the end.
+        let stop_mps = (2.0 * view.limits.brake_mps2 * left_m).sqrt();
+        drive::along(view, way_w, self.speed_mps.min(stop_mps))
+    }
+
+    /// Whether the straight way to a point touches no cell that the body must not be in; the one it is in does not count.
+    fn is_open_between(&self, from_w: Vec2, to_w: Vec2) -> bool {
+        let (lattice, board) = (self.map.lattice(), self.space.board());
+        let own = lattice.cell_near(from_w);
+        let mut open = true;
+        lattice.along(from_w, to_w, |cell| open &= cell == own || board.at(cell) != Known::Occupied);
+        open
+    }
+}
+
+/// Cells whose middles are within a disc count as occupied.
+fn close_disc(board: &mut Board, lattice: &Lattice, centre_w: Vec2, within_m: f64) {
+    let [column, row] = board.place(lattice.cell_near(centre_w));
+    let reach = (within_m / lattice.cell_m()).ceil() as i32;
+    for place in (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| [column + dx, row + dy])) {
+        let Some(cell) = board.cell(place) else { continue };
+        if (lattice.centre_w(cell) - centre_w).norm() <= within_m {
+            board.learn(cell, Known::Occupied);
+        }
+    }
+}
+
+/// A beam says where a return is only as finely as it is wide: it is believed as far as that is two cells, metres.
+fn believed_m(scan: &Scan, cell_m: f64) -> f64 {
+    (2.0 * cell_m / scan.angle_step_rad.abs().max(1e-3)).min(scan.range_m_max)
+}
+
+/// A beam as the map takes it; `is_body` says whether something is a peer. None for a beam without a reading.
+fn ray(
+    scan: &Scan,
+    index: usize,
+    (sensor_w, believed_m): (&Isometry2<f64>, f64),
+    is_body: impl Fn(Vec2) -> bool,
+) -> Option<Ray> {
+    let (range_m, hit) = match scan.beams[index] {
+        Beam::Hit(range_m) => (range_m, true),
+        Beam::Clear => (scan.range_m_max, false),
+        Beam::Unknown => return None,
+    };
+    let ahead = Pose::new(0.0, 0.0, scan.angle_rad(index)).heading();
+    let at = |range_m: f64| (sensor_w * Point2::from(ahead * range_m)).coords;
+    if range_m > believed_m {
+        return Some(Ray { end_w: at(believed_m), hit: false });
+    }
+    let end_w = at(range_m);
+    if hit && is_body(end_w) {
+        // Up to the body nothing stands; of the cell before it nothing is known.
+        return Some(Ray { end_w: at((range_m - 2.0 * BODY_SLACK_M).max(0.0)), hit: false });
+    }
+    Some(Ray { end_w, hit })
+}
+
+/// Whether a return may be on one of the bodies.
+fn is_body(end_w: Vec2, bodies: &[Body], own_bound_m: f64) -> bool {
+    bodies.iter().any(|body| {
+        let slack_m = BODY_SLACK_M + (body.bound_m + own_bound_m).min(BOUND_M_MAX);
+        (end_w - body.pos_w).norm() <= body.radius_m + slack_m
+    })
+}
+
+/// FNV-1a of where cells lie, in millimetres.
+fn hash_of(lattice: &Lattice) -> u32 {
+    let mm = |length_m: f64| ((length_m * 1e3).round() as i64).to_le_bytes();
+    let low_w = lattice.low_w();
+    let size = [lattice.columns() as i64, lattice.rows() as i64].map(i64::to_le_bytes);
+    let words = [mm(low_w.x), mm(low_w.y), mm(lattice.cell_m()), size[0], size[1]];
+    let bytes = words.iter().flatten();
+    bytes.fold(0x811C_9DC5, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
+}
