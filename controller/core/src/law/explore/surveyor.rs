@@ -23,7 +23,7 @@
 //!
 //! **Cannot solve**: without a free cell within [`HOME_M`] it stands still, and says so.
 
-use super::mates::Fellows;
+use super::mates::{Fellow, Fellows};
 use super::way;
 use super::{Explorer, Mate, View as Choice};
 use crate::law::{Outcome, View, drive};
@@ -57,6 +57,8 @@ const ROOM: Duration = Duration::from_secs(6);
 const STUCK: Duration = Duration::from_secs(12);
 const STUCK_M: f64 = 0.3;
 const SHUN: Duration = Duration::from_secs(60);
+/// Whoever has arrived, or whose way is closed, decides no sooner after the last decision.
+const AGAIN: Duration = Duration::from_millis(300);
 /// Around what is left alone, cells.
 const SHUN_CELLS: i32 = 2;
 
@@ -66,6 +68,8 @@ pub(crate) struct Surveyor {
     speed_mps: f64,
     decide: Duration,
     decide_due: Stamp,
+    /// Not before this, even if it has arrived or its way is closed: a decision is dear.
+    decide_again: Stamp,
     /// From a centre to the body of another robot's centre, less that one's radius, metres.
     pass_m: f64,
     own: RobotId,
@@ -103,6 +107,7 @@ impl Surveyor {
             speed_mps: explore.speed_mps.min(kind.motion.speed_mps_max),
             decide: Duration::from_secs_f64(explore.decide_s),
             decide_due: Stamp::ZERO,
+            decide_again: Stamp::ZERO,
             pass_m: keep_m + PASS_M,
             own: own.robot,
             rank: ids.iter().position(|id| *id == own.robot).unwrap_or(0),
@@ -119,7 +124,7 @@ impl Surveyor {
             goal: None,
             way: Vec::new(),
             makes_room_until: None,
-            moved: (Vec2::repeat(f64::INFINITY), Stamp::ZERO),
+            moved: (Vec2::zeros(), Stamp::ZERO),
             shunned: Vec::new(),
             done: false,
         }
@@ -170,10 +175,11 @@ impl Surveyor {
         let Some(home) = self.home(at_w) else { return Outcome::Stale("no free cell to plan from") };
         self.watch_for_being_stuck(view.now, at_w);
         self.follow(at_w);
-        if view.now >= self.decide_due || self.is_closed() || (self.way.is_empty() && !self.done) {
-            // Not in every tick, even if there is no way at all.
+        let lost = self.is_closed() || (self.way.is_empty() && !self.done);
+        if view.now >= self.decide_due || (lost && view.now >= self.decide_again) {
             self.decide_due = view.now + self.decide;
-            self.decide(view.now, home);
+            self.decide_again = view.now + self.decide.min(AGAIN);
+            self.decide(view.now, at_w, home);
             self.follow(at_w);
         }
         Outcome::Solved(self.drive(view, at_w))
@@ -227,7 +233,7 @@ impl Surveyor {
     fn watch_for_being_stuck(&mut self, now: Stamp, at_w: Vec2) {
         let (from_w, since) = self.moved;
         let waits = self.done || self.goal.is_none() || self.makes_room_until.is_some();
-        if waits || !((at_w - from_w).norm() < STUCK_M) {
+        if waits || (at_w - from_w).norm() >= STUCK_M {
             self.moved = (at_w, now);
         } else if now.since(since) > STUCK {
             self.moved = (at_w, now);
@@ -256,11 +262,11 @@ impl Surveyor {
         self.way.iter().any(|cell| self.space.board().at(*cell) == Known::Occupied)
     }
 
-    fn decide(&mut self, now: Stamp, home: usize) {
+    fn decide(&mut self, now: Stamp, at_w: Vec2, home: usize) {
         self.decisions += 1;
-        let bodies = |fellow: &super::mates::Fellow| !fellow.takes_part(now);
-        let open = self.closed_by(now, bodies);
-        let around = self.closed_by(now, |fellow| fellow.stands(now));
+        let bodies = |fellow: &Fellow| !fellow.takes_part(now);
+        let open = self.closed_by(now, at_w, bodies);
+        let around = self.closed_by(now, at_w, |fellow| fellow.stands(now));
         if self.makes_room_until.is_some_and(|until| now < until) {
             return self.done = false;
         }
@@ -309,12 +315,14 @@ impl Surveyor {
         self.ids.iter().map(mate).collect()
     }
 
-    /// The space without what is left alone, and without the places of some robots.
-    fn closed_by(&self, now: Stamp, counts: impl Fn(&super::mates::Fellow) -> bool) -> Board {
+    /// The space without what is left alone, and without the places of some robots: as far as the body itself is, which
+    /// may be closer to one of them than it should, and then can go away from it.
+    fn closed_by(&self, now: Stamp, at_w: Vec2, counts: impl Fn(&Fellow) -> bool) -> Board {
         let mut board = self.space.board().clone();
         let lattice = self.map.lattice();
         for (_, fellow) in self.fellows.all().filter(|(_, fellow)| counts(fellow)) {
-            let within_m = self.pass_m + fellow.radius_m;
+            let own_m = (fellow.pos_w - at_w).norm() - lattice.cell_m();
+            let within_m = (self.pass_m + fellow.radius_m).min(own_m);
             close_disc(&mut board, lattice, fellow.pos_w, within_m);
         }
         for (cell, _) in self.shunned.iter().filter(|(_, until)| now < *until) {
@@ -340,7 +348,7 @@ impl Surveyor {
         let lattice = *self.map.lattice();
         let at_w = lattice.centre_w(home);
         let standing = self.fellows.all().filter(|(_, fellow)| fellow.takes_part(now) && fellow.stands(now));
-        let gap_m = |fellow: &super::mates::Fellow| (fellow.pos_w - at_w).norm();
+        let gap_m = |fellow: &Fellow| (fellow.pos_w - at_w).norm();
         let nearest = standing.min_by(|(_, a), (_, b)| gap_m(a).total_cmp(&gap_m(b)));
         let Some((id, fellow)) = nearest.filter(|(id, fellow)| *id < self.own && gap_m(fellow) < ROOM_M) else {
             return;
