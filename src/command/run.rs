@@ -81,6 +81,7 @@ async fn run(file: RobotFile, arguments: &Arguments) -> anyhow::Result<(Report, 
     let hardware = Hardware::open(&file.robot.links)?;
     let setting = Setting::of_robot(&file, clock.unix_offset_us());
     let recorder = recorder(&file, &setting)?;
+    let record_dir = file.record_dir.clone();
     let epoch = epoch_from_unix();
     let now = clock.now();
     let recording = recorder.as_ref().map(|recorder| recorder.robot(&file, epoch, now));
@@ -120,6 +121,11 @@ async fn run(file: RobotFile, arguments: &Arguments) -> anyhow::Result<(Report, 
     }
     if let (Some(recorder), Ok(document)) = (&recorder, serde_json::to_value(&report)) {
         recorder.finish(&document);
+    }
+    if let (Some(folder), Some(map)) = (record_dir, &report.map)
+        && let Err(error) = map.write(Path::new(&folder))
+    {
+        eprintln!("the map was not written to {folder}: {error}");
     }
     printer.finish(Line::Report(Box::new(report.clone())));
     Ok((report, interrupted))

@@ -7,6 +7,7 @@
 mod adapter;
 mod assemble;
 mod guard;
+mod map_files;
 mod params;
 mod report;
 mod rerun;
@@ -19,6 +20,7 @@ pub use adapter::{Adapter, LinkCounters};
 pub use assemble::{Assembled, Assembly, DatagramSender, Hardware, assemble};
 pub use drover_core::StopReason;
 pub use guard::{Guard, Heart, StopAction};
+pub use map_files::MapFiles;
 pub use params::epoch_from_unix;
 pub use report::{HeardView, Line, Report, ScanView, View};
 pub use rerun::rerun;

@@ -1,6 +1,7 @@
 //! What a robot's loop tells: views while it runs, a report at its end. Programs read them as JSON, people as lines.
 
 use crate::adapter::LinkCounters;
+use crate::map_files::MapFiles;
 use crate::robot_loop::RobotLoop;
 use drover_contract::{Battery, Beam, Pose, Scan, Stamp, Twist};
 use drover_core::{HeardPeer, Status};
@@ -218,6 +219,9 @@ pub struct Report {
     pub guard_stops: u64,
     /// What its loop panicked with, if it did.
     pub panic: Option<String>,
+    /// The map that it made, if its behaviour makes one: for who has a folder for it.
+    #[serde(skip)]
+    pub map: Option<MapFiles>,
 }
 
 impl Report {
@@ -232,6 +236,7 @@ impl Report {
             seen_stopped: robot.seen_stopped(),
             guard_stops,
             panic: None,
+            map: robot.map().map(|map| MapFiles::of(robot.file().robot.id, map)),
         }
     }
 
@@ -247,6 +252,7 @@ impl Report {
             seen_stopped: false,
             guard_stops: 0,
             panic: Some(words.unwrap_or_else(|| "no words".into())),
+            map: robot.map().map(|map| MapFiles::of(robot.file().robot.id, map)),
         }
     }
 }

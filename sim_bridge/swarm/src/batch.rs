@@ -6,10 +6,11 @@ use crate::trace::Trace;
 use crate::trial::{Fidelity, Trial, TrialResult, Watch, run_trial, trial_of};
 use anyhow::Context;
 use drover_config::Swarm;
+use drover_robot::MapFiles;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What a batch is made of.
@@ -80,12 +81,16 @@ where
         let unwritable =
             || format!("cannot record run {seed}: set record_dir to a folder you can write, with room in it");
         let scans = self.fidelity == Fidelity::Direct;
-        let trace = folder.map(|folder| Trace::create(&folder, &swarm, scans)).transpose().with_context(unwritable)?;
+        let trace =
+            folder.as_ref().map(|folder| Trace::create(folder, &swarm, scans)).transpose().with_context(unwritable)?;
         let mut trial = trial_of(&swarm, self.fidelity, trace.as_ref().map(Trace::recorder))?;
         let mut watch = Observer { batch: self, end, trace, told_s: 0.0, steps: 0 };
         let result = run_trial(&swarm, trial.as_mut(), &mut watch);
         watch.tell(trial.as_ref(), swarm.duration_s, result.is_some());
         let (Some(result), trace) = (result, watch.trace) else { return Ok(None) };
+        if let Some(folder) = &folder {
+            write_maps(trial.as_ref(), &swarm, folder).with_context(unwritable)?;
+        }
         if let Some(trace) = trace {
             // The robots' tapes end with them.
             drop(trial);
@@ -93,6 +98,16 @@ where
         }
         Ok(Some(result))
     }
+}
+
+/// The maps that living robots made, beside the recording.
+fn write_maps(trial: &dyn Trial, swarm: &Swarm, folder: &Path) -> std::io::Result<()> {
+    for (robot, config) in swarm.robots.iter().enumerate() {
+        if let Some(map) = trial.map(robot) {
+            MapFiles::of(config.id, map).write(folder)?;
+        }
+    }
+    Ok(())
 }
 
 /// Looks on while a run goes on: records it, tells how far it has come, ends it when asked to.

@@ -135,6 +135,7 @@ where
     // Its ports are free once it is gone: another run may follow at once.
     let _ = pacing.await;
     keep(&mut summary, folder.as_ref(), recorder.as_ref());
+    keep_maps(&watcher.tallies, folder.as_ref());
     Ok(summary)
 }
 
@@ -162,6 +163,16 @@ fn keep(summary: &mut Summary, folder: Option<&RunFolder>, recorder: Option<&Rec
     if let Err(error) = folder.write("summary.json", &text) {
         // The run is over and its summary is in our hands: a full disk must not take it from the user.
         tracing::error!("{error:#}");
+    }
+}
+
+/// Write the maps that robots made beside the recording; a robot that is a process writes its own.
+fn keep_maps(tallies: &[Tally], folder: Option<&RunFolder>) {
+    let Some(folder) = folder else { return };
+    for map in tallies.iter().filter_map(|tally| tally.report.as_ref()?.map.as_ref()) {
+        if let Err(error) = map.write(folder.path()) {
+            tracing::error!("a map was not written to {}: {error}", folder.path().display());
+        }
     }
 }
 

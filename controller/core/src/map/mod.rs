@@ -10,12 +10,14 @@
 //! | [`shared`] | the map that a team makes: own evidence in log odds, and others' words |
 //! | [`ledger`] | everybody's words, numbered, so that maps can be joined in any order |
 //! | [`exchange`] | what to tell whom |
+//! | [`image`] | the map as files of ROS' map_server |
 //! | [`space`] | the map for a body of some size |
 //! | [`tiles`] | memory for what is used |
 
 mod board;
 mod exchange;
 mod field;
+mod image;
 mod lattice;
 mod ledger;
 mod shared;
@@ -27,6 +29,7 @@ pub use board::{Board, Known};
 pub use exchange::Exchange;
 pub(crate) use field::steps_from;
 pub use field::{Field, Owners, Unknowns};
+pub use image::MapImage;
 pub use lattice::Lattice;
 pub use ledger::{Change, Ledger, WRITERS_MAX};
 pub use shared::{Ray, SharedMap};

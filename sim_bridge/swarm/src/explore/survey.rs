@@ -137,8 +137,12 @@ fn reach(lattice: &Lattice, walls: &Walls, start_w: Vec2, keep_m: f64) -> Vec<us
         let near = walls.is_solid(centre_w) || walls.distance_m(centre_w).is_some_and(|gap_m| gap_m <= keep_m);
         board.learn(cell, if near { Known::Occupied } else { Known::Free });
     }
+    let far = |cell: &usize| (lattice.centre_w(*cell) - start_w).norm_squared();
+    let free = (0..board.count()).filter(|cell| board.at(*cell) == Known::Free);
+    // Who starts close to a wall goes away from it first.
+    let Some(home) = free.min_by(|a, b| far(a).total_cmp(&far(b))) else { return Vec::new() };
     let mut field = Field::default();
-    field.spread(&board, lattice.cell_near(start_w), Unknowns::Solid);
+    field.spread(&board, home, Unknowns::Solid);
     let mut reached = field.reached().to_vec();
     reached.sort_unstable();
     reached

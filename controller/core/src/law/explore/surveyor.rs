@@ -38,14 +38,14 @@ use std::time::Duration;
 const BODY_SLACK_M: f64 = 0.2;
 /// Bounds beyond this are not believed: a lost peer must not swallow every wall, metres.
 const BOUND_M_MAX: f64 = 0.4;
-/// What a centre keeps beside the supervisor's own gap: rounding to cells, metres.
-const SPARE_M: f64 = 0.03;
-/// It likes to keep this much more, metres.
-const CALM_M: f64 = 0.3;
+/// It likes to keep this much more from walls than it has to, metres.
+const CALM_M: f64 = 0.15;
 /// A body that is closer to walls than it should plans from the nearest free cell within this, metres.
 const HOME_M: f64 = 1.0;
 /// It heads for a point of its way no farther ahead than this, metres.
 const AHEAD_M: f64 = 1.5;
+/// ... and near walls no farther than this.
+const CLOSE_M: f64 = 0.45;
 /// It is there when it is this close to a point, in cells.
 const THERE_CELLS: f64 = 0.75;
 /// Beside two bodies and the supervisor's gap, those who pass one that stands keep this, metres.
@@ -56,7 +56,7 @@ const ROOM: Duration = Duration::from_secs(6);
 /// Too little room to be a way, metres in this time, is none: what it went for is left alone for a while.
 const STUCK: Duration = Duration::from_secs(12);
 const STUCK_M: f64 = 0.3;
-const SHUN: Duration = Duration::from_secs(60);
+const SHUN: Duration = Duration::from_secs(20);
 /// Whoever has arrived, or whose way is closed, decides no sooner after the last decision.
 const AGAIN: Duration = Duration::from_millis(300);
 /// Around what is left alone, cells.
@@ -102,7 +102,8 @@ impl Surveyor {
         let lattice = Lattice::over(low, high, explore.cell_m);
         let mut ids: Vec<RobotId> = ids.filter(|id| *id != own.robot).chain([own.robot]).collect();
         ids.sort_unstable();
-        let keep_m = kind.body.radius_m + kind.motion.margin_m + SPARE_M;
+        // The wall of an occupied cell may be half a cell nearer than its middle.
+        let keep_m = kind.body.radius_m + kind.motion.margin_m + explore.cell_m / 2.0;
         Self {
             speed_mps: explore.speed_mps.min(kind.motion.speed_mps_max),
             decide: Duration::from_secs_f64(explore.decide_s),
@@ -280,8 +281,14 @@ impl Surveyor {
         self.goal = None;
         self.way.clear();
         self.done = blocked.is_none() && self.shunned.is_empty() && self.exchange.is_level(now, &self.map);
-        if blocked.is_some() {
-            self.make_room(now, home, &around);
+        let aside = if blocked.is_some() { self.room_for_others(now, home, &around) } else { None };
+        if let Some(place) = aside {
+            self.makes_room_until = Some(now + ROOM);
+            self.go(&around, home, place);
+        } else if !self.done && self.space.is_near(home) {
+            // Whoever waits, waits where there is room, and not in a door.
+            let roomy = self.nearest(&around, home, |cell| !self.space.is_near(cell));
+            roomy.into_iter().for_each(|place| self.go(&around, home, place));
         }
     }
 
@@ -343,26 +350,29 @@ impl Surveyor {
         self.way = way.into_iter().rev().collect();
     }
 
-    /// Nothing to do but beyond somebody who stands in the way. Whoever has the lower id waits; the other one goes aside.
-    fn make_room(&mut self, now: Stamp, home: usize, around: &Board) {
-        let lattice = *self.map.lattice();
+    /// The nearest free cell of a kind that can be gone to.
+    fn nearest(&self, board: &Board, home: usize, wanted: impl Fn(usize) -> bool) -> Option<usize> {
+        let mut field = Field::default();
+        field.spread(board, home, self.explorer.unknowns());
+        field.reached().iter().copied().find(|cell| board.at(*cell) == Known::Free && wanted(*cell))
+    }
+
+    /// Nothing to do but beyond somebody who stands in the way. Whoever has the lower id waits; for the other one, where to
+    /// go aside.
+    fn room_for_others(&self, now: Stamp, home: usize, around: &Board) -> Option<usize> {
+        let lattice = self.map.lattice();
         let at_w = lattice.centre_w(home);
         let standing = self.fellows.all().filter(|(_, fellow)| fellow.takes_part(now) && fellow.stands(now));
         let gap_m = |fellow: &Fellow| (fellow.pos_w - at_w).norm();
         let nearest = standing.min_by(|(_, a), (_, b)| gap_m(a).total_cmp(&gap_m(b)));
-        let Some((id, fellow)) = nearest.filter(|(id, fellow)| *id < self.own && gap_m(fellow) < ROOM_M) else {
-            return;
-        };
+        let (_, fellow) = nearest.filter(|(id, fellow)| *id < self.own && gap_m(fellow) < ROOM_M)?;
         let other_w = fellow.pos_w;
-        debug_assert!(id != self.own);
         let mut field = Field::default();
         field.spread(around, home, self.explorer.unknowns());
         let far_m = |cell: &&usize| (lattice.centre_w(**cell) - other_w).norm().min(ROOM_M);
         let free = field.reached().iter().filter(|cell| around.at(**cell) == Known::Free);
         // The farthest, and of those that are far enough the first, which is the nearest to go to.
-        let Some(place) = free.rev().max_by(|a, b| far_m(a).total_cmp(&far_m(b))).copied() else { return };
-        self.makes_room_until = Some(now + ROOM);
-        self.go(around, home, place);
+        free.rev().max_by(|a, b| far_m(a).total_cmp(&far_m(b))).copied()
     }
 
     /// Along the way.
@@ -373,7 +383,10 @@ impl Surveyor {
             let point_w = lattice.centre_w(*cell);
             (point_w - at_w).norm() <= AHEAD_M && self.is_open_between(at_w, point_w)
         };
-        let aim = self.way.iter().copied().find(in_sight).unwrap_or(next);
+        // Else not the very next cell, which is too close to steer by.
+        let close = |cell: &&usize| (lattice.centre_w(**cell) - at_w).norm() <= CLOSE_M;
+        let ahead = self.way.iter().rev().copied().take_while(|cell| close(&cell)).last().unwrap_or(next);
+        let aim = self.way.iter().copied().find(in_sight).unwrap_or(ahead);
         let way_w = lattice.centre_w(aim) - at_w;
         let left_m = way_w.norm();
         if left_m < 1e-3 {
@@ -384,12 +397,13 @@ impl Surveyor {
         drive::along(view, way_w, self.speed_mps.min(stop_mps))
     }
 
-    /// Whether the straight way to a point touches no cell that the body must not be in; the one it is in does not count.
+    /// Whether the straight way to a point keeps away from walls; the cell that the body is in does not count. Near walls
+    /// it follows its way cell by cell, which leads through the middle of a door, where a straight one would cut the corner.
     fn is_open_between(&self, from_w: Vec2, to_w: Vec2) -> bool {
-        let (lattice, board) = (self.map.lattice(), self.space.board());
+        let lattice = self.map.lattice();
         let own = lattice.cell_near(from_w);
         let mut open = true;
-        lattice.along(from_w, to_w, |cell| open &= cell == own || board.at(cell) != Known::Occupied);
+        lattice.along(from_w, to_w, |cell| open &= cell == own || !self.space.is_near(cell));
         open
     }
 }

@@ -83,6 +83,10 @@ impl Sweep {
         if let Some(weight) = self.weights.get(cell) {
             return weight;
         }
+        if self.owners.of(cell).is_none() {
+            // What is seen from near may be far to go: a weight must not hang on how far the wave has come by chance.
+            self.owners.extend(board, Unknowns::Free, u32::MAX - 1);
+        }
         let weight = match self.owners.of(cell) {
             None => 0.0,
             Some(owner) => {

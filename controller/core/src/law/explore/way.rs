@@ -9,7 +9,7 @@ use pathfinding::directed::astar::astar;
 const SIDE_COST: u32 = 10;
 const CORNER_COST: u32 = 14;
 /// More for every step to a cell near walls, or unknown.
-const NEAR_COST: u32 = 12;
+const NEAR_COST: u32 = 20;
 const UNKNOWN_COST: u32 = 4;
 
 /// The cells from `from` to `to`, both ends among them; none if there is no way. `board`: where the body may go now.
