@@ -1,14 +1,16 @@
 //! The map that a team makes together, as one robot has it: its own evidence, and what others said.
 //!
-//! **Evidence** is log odds in whole steps of 0.4 nat, so that sums are exact. A return in a cell is two steps for
-//! occupied, a beam through it one step for free, and ten at most count either way (p = 0.98). What the own evidence has
-//! become sure of goes into the own log ([`Ledger`]); a word in another's log counts [`WORD_STEPS`]. The sum is
-//! independent of the order in which words arrive and of how often, since every writer has one word a cell. Increments of
+//! **Evidence** is log odds in whole steps of 0.2 nat, so that sums are exact. A return in a cell is four steps for
+//! occupied, a beam through it one step for free. Occupied wins: a cell that a wall's face runs through is mostly free,
+//! and every beam that grazes the face goes through it, so there are many more beams than returns. Therefore evidence for
+//! free ends sooner than that for occupied (p = 0.23 and 0.98), and a beam does not count against an occupied cell in a
+//! scan that has a return beside it. What the own evidence has become sure of goes into the own log ([`Ledger`]); a word
+//! in another's log counts [`FREE_STEPS`] or [`OCCUPIED_STEPS`]. The sum is independent of the order in which words arrive and of how often, since every writer has one word a cell. Increments of
 //! evidence are sent, never sums: fused sums that are fused again would count the first evidence twice (Wu 2008, eq. 1
 //! to 3, needs independent evidence; two rounds of exchanged posteriors turn .70 into .999999).
 //!
-//! **What is known** follows the sum with a hysteresis: a cell is free or occupied from [`SURE_STEPS`] on, and stays so
-//! until the sum is as sure of the opposite. So two robots that contradict each other do not make a known cell unknown
+//! **What is known** follows the sum with a hysteresis: a cell is free or occupied from [`SURE_FREE`] or
+//! [`SURE_OCCUPIED`] on, and stays so until the sum is as sure of the opposite. So two robots that contradict each other do not make a known cell unknown
 //! again, which nobody could ever finish with.
 //!
 //! **Sparing**: a word that the others' words already say is not written down.
@@ -21,13 +23,16 @@ use super::{Board, Known, Lattice};
 use drover_contract::{MapChunk, Vec2, Writer};
 
 /// A return's evidence, a passing beam's, and where both end.
-const HIT_STEPS: i8 = 2;
+const HIT_STEPS: i8 = 4;
 const MISS_STEPS: i8 = 1;
-const STEPS_MAX: i8 = 10;
-/// From here on evidence is sure.
-const SURE_STEPS: i16 = 2;
-/// What another's word counts.
-const WORD_STEPS: i16 = 4;
+const STEPS_MIN: i8 = -6;
+const STEPS_MAX: i8 = 20;
+/// From here on evidence is sure: two beams, two returns.
+const SURE_FREE: i16 = -2;
+const SURE_OCCUPIED: i16 = 6;
+/// What another's word counts: two robots that only ever graze a wall do not outvote one that saw it.
+const FREE_STEPS: i16 = -4;
+const OCCUPIED_STEPS: i16 = 12;
 
 /// A beam, as far as it is believed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,8 +129,10 @@ impl SharedMap {
             list.dedup();
         }
         let (passed, hit) = (std::mem::take(&mut self.passed), std::mem::take(&mut self.hit));
+        let is_hit = |cell: &usize| hit.binary_search(cell).is_ok();
         for cell in &passed {
-            if hit.binary_search(cell).is_err() {
+            let face = self.own.get(*cell) > 0 && self.board.neighbours(*cell).any(|other| is_hit(&other));
+            if !face && !is_hit(cell) {
                 self.add(*cell, -MISS_STEPS);
             }
         }
@@ -135,13 +142,13 @@ impl SharedMap {
 
     /// Take in what a sensor without error saw of a cell.
     pub fn see(&mut self, cell: usize, occupied: bool) {
-        self.own.put(cell, if occupied { STEPS_MAX } else { -STEPS_MAX });
+        self.own.put(cell, if occupied { STEPS_MAX } else { STEPS_MIN });
         self.conclude(cell, self.writer.robot.0);
     }
 
     fn add(&mut self, cell: usize, steps: i8) {
         let before = self.own.get(cell);
-        let now = before.saturating_add(steps).clamp(-STEPS_MAX, STEPS_MAX);
+        let now = before.saturating_add(steps).clamp(STEPS_MIN, STEPS_MAX);
         if now != before {
             self.own.put(cell, now);
             self.conclude(cell, self.writer.robot.0);
@@ -195,7 +202,7 @@ impl SharedMap {
 }
 
 fn sure(steps: i16) -> Option<bool> {
-    (steps.abs() >= SURE_STEPS).then_some(steps > 0)
+    (steps <= SURE_FREE || steps >= SURE_OCCUPIED).then_some(steps > 0)
 }
 
 const fn known_of(occupied: bool) -> Known {
@@ -205,8 +212,8 @@ const fn known_of(occupied: bool) -> Known {
 const fn steps_of(word: Known) -> i16 {
     match word {
         Known::Unknown => 0,
-        Known::Free => -WORD_STEPS,
-        Known::Occupied => WORD_STEPS,
+        Known::Free => FREE_STEPS,
+        Known::Occupied => OCCUPIED_STEPS,
     }
 }
 
@@ -255,7 +262,7 @@ mod tests {
         let mut map = map(1);
         let from_w = Vec2::new(1.1, 5.1);
         (0..20).for_each(|_| map.observe(from_w, [ray(6.2, 5.1, true)].into_iter()));
-        (0..11).for_each(|_| map.observe(from_w, [ray(9.0, 5.1, false)].into_iter()));
+        (0..21).for_each(|_| map.observe(from_w, [ray(9.0, 5.1, false)].into_iter()));
         assert_eq!(at(&map, 6.2, 5.1), Known::Occupied);
         map.observe(from_w, [ray(9.0, 5.1, false)].into_iter());
         assert_eq!(at(&map, 6.2, 5.1), Known::Free);
@@ -280,12 +287,13 @@ mod tests {
     }
 
     #[test]
-    fn a_contradiction_leaves_a_known_cell_known_and_what_others_said_is_not_said_again() {
+    fn of_a_contradiction_occupied_is_left_and_what_others_said_is_not_said_again() {
         let (mut one, mut other) = (map(1), map(2));
         one.see(45, false);
         other.see(45, true);
         tell(&one, &mut other);
-        assert_eq!(other.board().at(45), Known::Occupied, "its own eyes count more than a word");
+        tell(&other, &mut one);
+        assert_eq!((one.board().at(45), other.board().at(45)), (Known::Occupied, Known::Occupied), "occupied wins");
         let mut third = map(3);
         tell(&one, &mut third);
         third.see(45, false);

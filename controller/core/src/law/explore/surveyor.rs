@@ -272,7 +272,8 @@ impl Surveyor {
             return self.done = false;
         }
         self.makes_room_until = None;
-        if let Some(goal) = self.choose(now, home, &around) {
+        let kept = self.goal.filter(|goal| self.is_worth_going_to(&around, home, *goal));
+        if let Some(goal) = kept.or_else(|| self.choose(now, home, &around)) {
             self.done = false;
             return self.go(&around, home, goal);
         }
@@ -290,6 +291,25 @@ impl Surveyor {
             let roomy = self.nearest(&around, home, |cell| !self.space.is_near(cell));
             roomy.into_iter().for_each(|place| self.go(&around, home, place));
         }
+    }
+
+    /// Whether a goal is still ahead, with something unknown to be seen from it and nobody on it. A body turns slowly: one
+    /// that changed its mind for a little more gain would turn to and fro between what is left.
+    fn is_worth_going_to(&self, board: &Board, home: usize, goal: usize) -> bool {
+        if self.way.is_empty() || goal == home || board.at(goal) == Known::Occupied {
+            return false;
+        }
+        let walls = self.map.board();
+        let mut unknown = board.at(goal) == Known::Unknown;
+        self.sight.look(
+            board,
+            goal,
+            |cell| walls.at(cell) == Known::Occupied,
+            |cell| {
+                unknown |= board.at(cell) == Known::Unknown;
+            },
+        );
+        unknown
     }
 
     /// The cell to go to on a board.
