@@ -3,7 +3,7 @@
 
 use super::ground::Ground;
 use drover_config::Explore;
-use drover_core::explore::{Explorer, Mate, Move, View};
+use drover_core::explore::{Explorer, Mate, Move, View, population};
 use drover_core::map::{Board, Field, Known, Sight, Unknowns};
 use std::time::Instant;
 
@@ -25,7 +25,11 @@ struct Body {
 pub(crate) struct CellTeam {
     ground: Ground,
     sight: Sight,
+    /// What is known of the ground.
     board: Board,
+    /// The same with the cells of the dead occupied: nobody gets past them, and what is behind them is no reason to go
+    /// on. None as long as all live.
+    passable: Option<Board>,
     finders: Vec<u16>,
     bodies: Vec<Body>,
     step: u32,
@@ -64,6 +68,7 @@ impl CellTeam {
             decisions_us: None,
             ground,
             board,
+            passable: None,
         };
         team.look();
         team
@@ -104,8 +109,8 @@ impl CellTeam {
 
     fn decide(&mut self, own: usize, board: Option<&Board>) -> Move {
         let mates = self.mates();
-        let Self { board: map, finders, sight, bodies, step, decisions_us, .. } = self;
-        let board = board.unwrap_or(map);
+        let Self { board: map, passable, finders, sight, bodies, step, decisions_us, .. } = self;
+        let board = board.or(passable.as_ref()).unwrap_or(map);
         let view = View { board, walls: map, finders, mates: &mates, own, sight, step: *step };
         bodies[own].turns += 1;
         let begun = decisions_us.as_ref().map(|_| Instant::now());
@@ -137,7 +142,7 @@ impl CellTeam {
     /// Somebody stands in the way: choose again as if all bodies were obstacles. Of two that meet in a corridor each
     /// then takes what is on its own side.
     fn go_around(&mut self, own: usize) {
-        let mut board = self.board.clone();
+        let mut board = self.ways().clone();
         for (rank, body) in self.bodies.iter().enumerate() {
             if rank != own {
                 board.learn(body.at, Known::Occupied);
@@ -160,7 +165,7 @@ impl CellTeam {
     }
 
     fn look(&mut self) {
-        let Self { ground, sight, board, finders, bodies, .. } = self;
+        let Self { ground, sight, board, passable, finders, bodies, .. } = self;
         let mut seen = Vec::new();
         for (rank, body) in bodies.iter_mut().enumerate().filter(|(_, body)| body.alive) {
             seen.clear();
@@ -170,6 +175,10 @@ impl CellTeam {
                 let known = if ground.is_solid(*cell) { Known::Occupied } else { Known::Free };
                 if board.learn(*cell, known) {
                     finders[*cell] = rank as u16;
+                    // News is never of a cell that a dead robot holds: it saw that itself.
+                    passable.iter_mut().for_each(|passable| {
+                        passable.learn(*cell, known);
+                    });
                 }
             }
         }
@@ -185,12 +194,18 @@ impl CellTeam {
         self.decisions_us.as_deref().unwrap_or_default()
     }
 
-    /// A robot dies where it stands.
+    /// A robot dies where it stands, and blocks its cell for good.
     pub(crate) fn kill(&mut self, rank: usize) {
         if let Some(body) = self.bodies.get_mut(rank) {
             body.alive = false;
             body.target = None;
+            self.passable.get_or_insert_with(|| self.board.clone()).learn(body.at, Known::Occupied);
         }
+    }
+
+    /// The map by which ways are found.
+    fn ways(&self) -> &Board {
+        self.passable.as_ref().unwrap_or(&self.board)
     }
 
     pub(crate) fn steps(&self) -> u32 {
@@ -213,6 +228,11 @@ impl CellTeam {
         views as f64 / self.board.free_count().max(1) as f64 - 1.0
     }
 
+    /// Targets that were chosen so far, and those of them that another robot had seen first.
+    pub(crate) fn targets(&self) -> [u64; 2] {
+        [self.chosen, self.chosen_of_others]
+    }
+
     pub(crate) fn obex(&self) -> f64 {
         self.chosen_of_others as f64 / self.chosen.max(1) as f64
     }
@@ -226,15 +246,15 @@ impl CellTeam {
         self.blocked
     }
 
-    /// Frontier cells that somebody who lives can reach over free cells.
+    /// Frontier cells that somebody who lives can reach over free cells that no dead robot holds.
     pub(crate) fn frontiers_in_reach(&self) -> u64 {
         let mut in_reach = vec![false; self.board.count()];
         let mut field = Field::default();
         for body in self.bodies.iter().filter(|body| body.alive) {
-            field.spread(&self.board, body.at, Unknowns::Solid);
+            field.spread(self.ways(), body.at, Unknowns::Solid);
             field.reached().iter().for_each(|cell| in_reach[*cell] = true);
         }
-        self.board.frontier().filter(|cell| in_reach[*cell]).count() as u64
+        self.ways().frontier().filter(|cell| in_reach[*cell]).count() as u64
     }
 
     /// The fewest steps in which so many robots can see a share of the ground: each first sees its square, then at
@@ -250,9 +270,16 @@ impl CellTeam {
         (self.bodies[rank].at, self.bodies[rank].target)
     }
 
-    /// What everybody knows.
-    pub(crate) fn board(&self) -> &Board {
-        &self.board
+    /// The antibodies of a robot, were it to decide now by the paper's network.
+    pub(crate) fn population(&self, params: &Explore, own: usize) -> Vec<[f64; 2]> {
+        let mates = self.mates();
+        let Self { finders, sight, step, .. } = self;
+        population(params, &View { board: self.ways(), finders, mates: &mates, own, sight, step: *step })
+    }
+
+    /// Heap bytes that the maps hold.
+    pub(crate) fn bytes(&self) -> usize {
+        self.board.bytes() + self.passable.as_ref().map_or(0, Board::bytes)
     }
 
     /// How often a robot has decided.

@@ -17,13 +17,13 @@ pub struct ExploreFigures {
     pub steps_96: Option<u32>,
     /// The same for 99 %.
     pub steps_99: Option<u32>,
-    /// Steps until nobody that lives could reach a frontier cell any more.
+    /// Steps until nobody that lives could reach a frontier cell any more over cells that no dead robot holds.
     pub steps_finish: Option<u32>,
     /// Whether that came: the certificate.
     pub finished: bool,
-    /// Frontier cells that somebody who lives can reach, in the end.
+    /// Frontier cells that somebody who lives can reach so, in the end.
     pub unreached_frontiers: u64,
-    /// The share of the free cells that can be reached which is known.
+    /// The share of the free cells that can be reached which is known; what is behind a dead robot is missing.
     pub coverage: f64,
     /// The robots' ways together, metres.
     pub path_m: f64,

@@ -119,7 +119,8 @@ impl CellSwarm {
         }
     }
 
-    /// Robot `robot` dies: it stands where it is, and others go around it.
+    /// Robot `robot` dies: it stands where it is, and others go around it. What they cannot get to without moving it
+    /// stays unknown, and does not keep them from being done.
     pub fn kill(&mut self, robot: usize) {
         if let Some(alive) = self.alive.get_mut(robot) {
             *alive = false;
@@ -138,6 +139,25 @@ impl CellSwarm {
     pub fn timed(mut self) -> Self {
         self.team.time_decisions();
         self
+    }
+
+    /// The share of the free cells that can be reached, were nobody dead, which is known.
+    #[must_use]
+    pub fn coverage(&self) -> f64 {
+        self.team.coverage()
+    }
+
+    /// Targets that were chosen so far, and those of them that another robot had seen first.
+    #[must_use]
+    pub fn targets(&self) -> [u64; 2] {
+        self.team.targets()
+    }
+
+    /// The antibodies of a robot that lives, were it to decide now by the network of `explore`: affinity and stimulation
+    /// of each.
+    #[must_use]
+    pub fn population(&self, explore: &Explore, robot: usize) -> Vec<[f64; 2]> {
+        self.team.population(explore, robot)
     }
 
     /// How long each decision took so far, microseconds; nothing unless they are timed.
@@ -222,7 +242,7 @@ impl Trial for CellSwarm {
     }
 
     fn bytes(&self) -> usize {
-        self.arena.bytes().0 + self.team.board().bytes() + self.statuses.capacity() * size_of::<Status>()
+        self.arena.bytes().0 + self.team.bytes() + self.statuses.capacity() * size_of::<Status>()
     }
 
     fn explored(&self) -> Option<ExploreFigures> {

@@ -1,7 +1,8 @@
 use super::cells::CellTeam;
 use super::ground::Ground;
+use super::swarm::CellSwarm;
 use crate::{Fidelity, Trial, run_trial, trial_of};
-use drover_config::{Explore, ExploreMethod, load_swarm};
+use drover_config::{Behaviour, Explore, ExploreMethod, Override, load_swarm};
 use std::path::Path;
 
 const ALL: [ExploreMethod; 9] = [
@@ -54,6 +55,45 @@ fn what_a_dead_robot_was_about_to_see_others_see() {
         team.kill(1);
         run(&mut team, 5_000);
         assert!(team.finished().is_some() && team.frontiers_in_reach() == 0, "{method:?}");
+    }
+}
+
+#[test]
+fn what_is_behind_a_dead_robot_that_nobody_gets_around_is_no_reason_to_go_on() {
+    let (west, door, east) = (42, 20 + 41 * 7, 38 + 41 * 18);
+    for method in ALL {
+        let mut team = CellTeam::new(&Explore::usual(method), two_rooms(), &[west, door]);
+        team.kill(1);
+        run(&mut team, 5_000);
+        assert!(team.finished().is_some() && team.frontiers_in_reach() == 0, "{method:?} never ended");
+        // The door is known all the same; of the east room only what was seen through it.
+        assert!((0.4..0.7).contains(&team.coverage()), "{method:?}: {}", team.coverage());
+        assert_eq!(team.robot(1), (door, None), "{method:?}");
+        let mut team = CellTeam::new(&Explore::usual(method), two_rooms(), &[west, door, east]);
+        team.kill(1);
+        run(&mut team, 5_000);
+        assert!(team.finished().is_some() && team.frontiers_in_reach() == 0, "{method:?} never ended");
+        assert!((team.coverage() - 1.0).abs() < 1e-12, "each has a room: {method:?} {}", team.coverage());
+    }
+}
+
+#[test]
+fn on_every_shipped_place_the_rest_finish_when_one_dies_halfway() {
+    for (place, seed) in ["random", "rooms", "maze", "cave"].into_iter().flat_map(|place| [(place, 500), (place, 501)])
+    {
+        let file = format!("../../config/swarms/explore_{place}.toml");
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+        let swarm = load_swarm(&file, &[Override::parse(&format!("seed={seed}")).unwrap()]).unwrap();
+        let Behaviour::Explore(explore) = &swarm.behaviour else { panic!("{place} does not explore") };
+        let mut trial = CellSwarm::new(&swarm, explore);
+        while trial.coverage() < 0.5 {
+            assert!(trial.round(), "{place}, seed {seed}: done too early");
+        }
+        trial.kill(seed as usize % swarm.robots.len());
+        while trial.rounds() < 5_000 && trial.round() {}
+        let figures = trial.explored().unwrap();
+        assert!(figures.finished && figures.unreached_frontiers == 0, "{place}, seed {seed}: {figures:?}");
+        assert!(figures.coverage > 0.5, "{place}, seed {seed}: {figures:?}");
     }
 }
 

@@ -14,7 +14,7 @@
 use super::network::{Antibody, Network, Restraint, closed_form};
 use super::value::{Candidate, Values, best_by};
 use super::view::{Choose, View};
-use crate::map::Field;
+use crate::map::{Field, Unknowns};
 use drover_config::{AffinityReading, Explore, ExploreMethod};
 
 /// Either of the two.
@@ -33,11 +33,10 @@ pub(super) struct Immune {
 impl Immune {
     pub(super) fn new(params: &Explore) -> Self {
         let improved = params.method == ExploreMethod::Inea;
-        let restraint = if improved { Restraint::TCell } else { Restraint::Others(params.suppression) };
         let direction_weight = if improved { params.direction_weight } else { 0.0 };
         Self {
             values: Values::new(&Explore { direction_weight, ..params.clone() }),
-            network: Network::new(params, restraint),
+            network: Network::new(params, Restraint::of(params)),
             improved,
             affinity_share: params.affinity_share,
             global_steps: params.global_steps.max(1),
@@ -63,10 +62,11 @@ impl Immune {
         }
     }
 
-    fn by_network(&self, view: &View<'_>, mut candidates: Vec<Candidate>) -> Option<usize> {
+    /// The best candidates, and as what they are in the network.
+    fn antibodies(&self, view: &View<'_>, mut candidates: Vec<Candidate>) -> (Vec<Candidate>, Vec<Antibody>) {
         candidates.sort_by(|a, b| b.affinity().total_cmp(&a.affinity()).then(a.cell.cmp(&b.cell)));
         candidates.truncate(self.population);
-        let best = candidates.first()?.affinity();
+        let best = candidates.first().map_or(1.0, Candidate::affinity);
         let antibody = |one: &Candidate| Antibody {
             affinity: match self.reading {
                 AffinityReading::Normalised => one.affinity() / best,
@@ -75,10 +75,26 @@ impl Immune {
             },
             stimulation: self.values.stimulation(view, one.cell),
         };
-        let antibodies: Vec<Antibody> = candidates.iter().map(antibody).collect();
+        let antibodies = candidates.iter().map(antibody).collect();
+        (candidates, antibodies)
+    }
+
+    fn by_network(&self, view: &View<'_>, candidates: Vec<Candidate>) -> Option<usize> {
+        let (candidates, antibodies) = self.antibodies(view, candidates);
         let winner = if self.closed_form { closed_form(&antibodies) } else { self.network.winner(&antibodies) };
         winner.map(|index| candidates[index].cell)
     }
+}
+
+/// The antibodies of a robot's global decision, for who looks into the network: of each its affinity, as `params` reads
+/// it, and its stimulation (eq. 14); the greatest affinity first.
+#[must_use]
+pub fn population(params: &Explore, view: &View<'_>) -> Vec<[f64; 2]> {
+    let immune = Immune::new(params);
+    let mut field = Field::default();
+    field.spread(view.board, view.at(), Unknowns::Solid);
+    let (_, antibodies) = immune.antibodies(view, immune.values.candidates(view, &field, |_| true));
+    antibodies.iter().map(|body| [body.affinity, body.stimulation]).collect()
 }
 
 impl Choose for Immune {

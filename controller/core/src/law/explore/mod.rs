@@ -24,5 +24,7 @@ mod view;
 mod way;
 
 pub use explorer::{Explorer, Move};
+pub use immune::population;
+pub use network::mean_concentrations;
 pub(crate) use surveyor::Surveyor;
 pub use view::{Mate, View};

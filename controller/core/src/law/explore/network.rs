@@ -15,7 +15,7 @@
 //! S* = (alpha m mean(s) + beta g - k) / (delta (1 - g)). So the winner is known without a generation
 //! ([`closed_form`]).
 
-use drover_config::{Explore, Suppression};
+use drover_config::{Explore, ExploreMethod, Suppression};
 
 /// At first.
 const START: f64 = 0.5;
@@ -36,6 +36,16 @@ pub(super) enum Restraint {
     TCell,
     /// Each other (eq. 4).
     Others(Suppression),
+}
+
+impl Restraint {
+    /// What the method has.
+    pub(super) fn of(params: &Explore) -> Self {
+        match params.method {
+            ExploreMethod::Basic => Self::Others(params.suppression),
+            _ => Self::TCell,
+        }
+    }
 }
 
 /// The parameters.
@@ -90,6 +100,23 @@ impl Network {
     }
 }
 
+/// The mean concentration of a population at the start and after every generation: the paper's figure 5. Each antibody
+/// is an affinity over the best one, 0 to 1, and a stimulation (eq. 14). `t_cell_rate = 0` leaves the T cell out.
+#[must_use]
+pub fn mean_concentrations(params: &Explore, antibodies: &[[f64; 2]]) -> Vec<f64> {
+    let bodies = antibodies.iter().map(|[affinity, stimulation]| (*affinity, *stimulation));
+    let bodies: Vec<Antibody> = bodies.map(|(affinity, stimulation)| Antibody { affinity, stimulation }).collect();
+    let network = Network::new(params, Restraint::of(params));
+    let mut stimulus = vec![START; bodies.len()];
+    let mut concentration = vec![START; bodies.len()];
+    let mut means = vec![START];
+    for _ in 0..params.generations {
+        network.generation(&bodies, &mut stimulus, &mut concentration);
+        means.push(concentration.iter().sum::<f64>() / concentration.len().max(1) as f64);
+    }
+    means
+}
+
 /// The winner of the improved network without a generation, for affinities over the best.
 pub(super) fn closed_form(antibodies: &[Antibody]) -> Option<usize> {
     greatest(antibodies.iter().map(|body| body.stimulation / (1.0 - body.affinity + CLOSED_FLOOR)))
@@ -108,7 +135,6 @@ fn greatest(values: impl Iterator<Item = f64>) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use drover_config::ExploreMethod;
 
     /// A share from 0 to 1, one after the other.
     fn shares(mut state: u64) -> impl FnMut() -> f64 {
@@ -150,6 +176,17 @@ mod tests {
             let best = greatest(bodies.iter().map(|body| body.affinity));
             assert_eq!(network.winner(&bodies), best, "seed {seed}");
         }
+    }
+
+    #[test]
+    fn concentrations_rise_faster_with_the_improved_equation_than_with_the_printed_one() {
+        let bodies: Vec<[f64; 2]> = population(7).iter().map(|body| [body.affinity, body.stimulation]).collect();
+        let improved = mean_concentrations(&Explore::usual(ExploreMethod::Inea), &bodies);
+        let printed = Explore { suppression: Suppression::Printed, ..Explore::usual(ExploreMethod::Basic) };
+        let printed = mean_concentrations(&printed, &bodies);
+        assert_eq!((improved.len(), printed.len()), (41, 41));
+        assert!((improved[0] - START).abs() < 1e-12 && improved[10] > 0.75, "{improved:?}");
+        assert!(printed.iter().zip(&improved).skip(1).all(|(printed, improved)| printed < improved), "{printed:?}");
     }
 
     #[test]
