@@ -23,7 +23,10 @@ pub use convoy::convoy;
 pub use deploy::{
     DeployCostRow, DeployPlan, DeployResult, DeployRow, DeployRun, DeployScene, DeploySummary, deploy, deploy_ways,
 };
-pub use explore::{ExploreContender, ExploreCostRow, ExplorePlan, ExploreResult, ExploreScene, explore};
+pub use explore::{
+    ExploreConcentration, ExploreContender, ExploreCostRow, ExploreCourse, ExploreKilled, ExplorePart, ExplorePlan,
+    ExploreResult, ExploreScene, ExploreTable, ExploreTeam, ExploreTeamRow, ExploreWindow, explore,
+};
 pub use flock::{
     FlockContender, FlockCostRow, FlockPlan, FlockRefusal, FlockResult, FlockRun, FlockScene, FlockSummary, flock,
     flock_ways,

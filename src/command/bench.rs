@@ -1,11 +1,14 @@
 //! `drover bench NAME`: measure, and print what is measured.
 
+mod explore_charts;
+
 use crate::exit::Exit;
 use crate::meter;
 use anyhow::Context;
 use drover_bench::{
-    Conditions, DeployPlan, DeployResult, ExplorePlan, FlockPlan, FlockResult, LatencyResult, RecordResult, SimResult,
-    Ways, bringup, convoy, deploy, deploy_ways, explore, flock, flock_ways, latency, rays, record, sim,
+    Conditions, DeployPlan, DeployResult, ExplorePart, ExplorePlan, FlockPlan, FlockResult, LatencyResult,
+    RecordResult, SimResult, Ways, bringup, convoy, deploy, deploy_ways, explore, flock, flock_ways, latency, rays,
+    record, sim,
 };
 use drover_config::{Links, Problems, Swarm, load_swarm};
 use drover_contract::{Pose, Twist};
@@ -39,13 +42,16 @@ pub(crate) struct Arguments {
     /// Robots at most
     #[arg(long, default_value_t = 100)]
     robots: u32,
-    /// Seeds of each row's runs, without B: 0..20 unless given, 0..40 for flock
+    /// Seeds of each row's runs, without B: 0..20 unless given, 0..40 for flock, fewer for most parts of explore
     #[arg(long, value_name = "A..B", value_parser = seeds)]
     seeds: Option<Range<u64>>,
-    /// Draw what is measured against a number of robots or of runs, and for deploy and flock the robots' ways, as SVG
-    /// and PNG, into this folder (sim, record, deploy, flock)
+    /// Draw what is measured against a number of robots or of runs, for deploy and flock the robots' ways, for explore
+    /// the paper's figures, as SVG and PNG, into this folder (sim, record, deploy, flock, explore)
     #[arg(long, value_name = "FOLDER")]
     figures: Option<PathBuf>,
+    /// This part of explore alone: rows, killed, teams, large, figures or cost
+    #[arg(long, value_name = "PART", value_parser = part)]
+    only: Option<ExplorePart>,
     /// First port of the virtual autopilots
     #[arg(long, default_value_t = 21_000)]
     port_base: u16,
@@ -68,8 +74,8 @@ enum Name {
     Deploy,
     /// Flocking: the paper's, repairs of it, ours, its parts, on the same scenes and seeds; what a decision costs
     Flock,
-    /// Exploration: the paper's, without its parts, classical methods, ours, on the same places and starts; what a
-    /// decision costs
+    /// Exploration: the paper's, without its parts, classical methods, ours, on the same places and starts, when a robot
+    /// dies, with more robots, on larger places; what a decision costs
     Explore,
 }
 
@@ -281,8 +287,10 @@ fn measure_flock(arguments: &Arguments) -> anyhow::Result<()> {
 
 fn measure_explore(arguments: &Arguments) -> anyhow::Result<()> {
     let plan = ExplorePlan::new(arguments.swarm.as_deref(), arguments.seeds.clone(), arguments.quick)?;
-    show(&counted(plan.runs(), |on_run| explore(&plan, on_run))?, arguments.json);
-    Ok(())
+    let plan = plan.only(arguments.only);
+    let result = counted(plan.runs(), |on_run| explore(&plan, on_run))?;
+    show(&result, arguments.json);
+    explore_charts::of(&result).iter().try_for_each(|(name, chart)| draw(arguments, name, chart))
 }
 
 /// `measure`, which tells of every run that has ended, behind a bar of so many.
@@ -292,6 +300,11 @@ fn counted<T>(runs: u64, measure: impl FnOnce(&(dyn Fn() + Sync)) -> anyhow::Res
     let result = measure(&|| bar.inc(1));
     bar.finish_and_clear();
     result
+}
+
+fn part(text: &str) -> Result<ExplorePart, String> {
+    let names = ExplorePart::ALL.map(ExplorePart::name).join(", ");
+    ExplorePart::named(text).ok_or_else(|| format!("{text:?} is none of {names}"))
 }
 
 fn seeds(text: &str) -> Result<Range<u64>, String> {

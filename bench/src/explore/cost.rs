@@ -1,6 +1,6 @@
 //! What a decision costs: choosing and the way there, while a team maps a hall with obstacles, on one thread.
 
-use super::rows::timed;
+use super::rows::{SCENES, sized, timed};
 use crate::contest::{load, one_thread};
 use drover_config::{Behaviour, Swarm};
 use drover_swarm::{CellSwarm, Trial};
@@ -8,7 +8,7 @@ use serde::Serialize;
 use std::path::Path;
 
 /// Sides of the board, cells, and robots on it.
-const BOARDS: [(u32, u32); 3] = [(100, 4), (200, 8), (500, 8)];
+const BOARDS: [(u32, u32); 6] = [(100, 4), (100, 8), (200, 4), (200, 8), (500, 4), (500, 8)];
 /// Steps of the team that are looked at, at most.
 const ROUNDS_MAX: u32 = 1500;
 
@@ -44,14 +44,8 @@ pub(super) fn measure(file: &Path, quick: bool) -> anyhow::Result<Vec<ExploreCos
 }
 
 fn scene(file: &Path, side: u32, robots: u32) -> anyhow::Result<Swarm> {
-    let inner_m = side - 2; // the rim
-    let count = inner_m * inner_m * 60 / (98 * 98); // as dense as the file's own
-    let set = [
-        format!("world.generate.width_m={inner_m}"),
-        format!("world.generate.height_m={inner_m}"),
-        format!("world.generate.count={count}"),
-        format!("fleet[0].count={robots}"),
-    ];
+    let mut set = sized(SCENES[0], side);
+    set.push(format!("fleet[0].count={robots}"));
     load(file, set.iter().map(String::as_str))
 }
 

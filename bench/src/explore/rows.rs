@@ -19,6 +19,12 @@ pub(super) struct Row {
 /// The paper's own scenes, in the order of the prototype's figures.
 pub(super) const SCENES: [&str; 4] = ["explore_random", "explore_rooms", "explore_maze", "explore_cave"];
 
+/// The paper's method, and the same without directions: figure 6.
+pub(super) const INEA: &str = "INEA";
+pub(super) const INEA_ASTRAY: &str = "INEA, no direction";
+/// Those that every table has.
+const PRINCIPAL: [&str; 4] = [INEA, "MinPos, eq. 9", "sweep", "sweep, whole"];
+
 const fn row(name: &'static str, set: &'static str) -> Row {
     Row { name, set, quick: false, prototype: None }
 }
@@ -46,9 +52,9 @@ impl Row {
 
 /// All of them.
 pub(super) const ROWS: [Row; 19] = [
-    row("INEA", "method=inea").quick().prototype([658, 784, 771, 691]),
+    row(INEA, "method=inea").quick().prototype([658, 784, 771, 691]),
     row("INEA, closed form", "method=inea closed_form=true"),
-    row("INEA, no direction", "method=inea direction_weight=0"),
+    row(INEA_ASTRAY, "method=inea direction_weight=0").quick(),
     row("INEA, no T cell", "method=inea t_cell_rate=0"),
     row("INEA, share .9", "method=inea affinity_share=0.9"),
     row("basic immune", "method=basic").prototype([864, 991, 1047, 908]),
@@ -66,6 +72,30 @@ pub(super) const ROWS: [Row; 19] = [
     row("sweep", "method=sweep").quick().prototype([448, 648, 625, 462]),
     row("sweep, whole", "method=sweep finish=whole").quick().prototype([507, 710, 689, 526]),
 ];
+
+/// Those that every table has, in its order.
+pub(super) fn principal() -> Vec<Row> {
+    PRINCIPAL.into_iter().filter_map(row_named).collect()
+}
+
+/// The row of this name.
+pub(super) fn row_named(name: &str) -> Option<Row> {
+    ROWS.into_iter().find(|row| row.name == name)
+}
+
+/// What makes of a scene's place one of so many cells to a side, with the rim, as dense as the file's own.
+pub(super) fn sized(scene: &str, side_cells: u32) -> Vec<String> {
+    let inner_m = side_cells - 2;
+    let mut set = vec![format!("world.generate.width_m={inner_m}"), format!("world.generate.height_m={inner_m}")];
+    if scene == SCENES[0] {
+        set.push(format!("world.generate.count={}", inner_m * inner_m * 60 / (98 * 98)));
+    } else if scene == SCENES[1] {
+        let rooms = (inner_m * 5 + 49) / 98;
+        set.push(format!("world.generate.columns={rooms}"));
+        set.push(format!("world.generate.rows={rooms}"));
+    }
+    set
+}
 
 /// Those whose decisions are timed.
 pub(super) fn timed() -> [(&'static str, Explore); 3] {

@@ -1,8 +1,8 @@
 //! The result in words.
 
 use super::cost::ExploreCostRow;
-use super::{ExploreContender, ExploreResult, ExploreScene};
-use crate::contest::table::{mean, short};
+use super::{ExploreContender, ExploreCourse, ExploreKilled, ExploreResult, ExploreScene, ExploreTable, ExploreTeam};
+use crate::contest::table::{mean, short, worst};
 use drover_swarm::Spread;
 use std::fmt;
 
@@ -18,9 +18,17 @@ starts, for all.
 impl fmt::Display for ExploreResult {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [first, end] = self.seeds;
-        writeln!(f, "bench explore: seeds {first}..{end}; {}", self.conditions)?;
-        self.scenes.iter().try_for_each(|scene| write!(f, "\n{scene}"))?;
-        f.write_str(NOTES)?;
+        writeln!(f, "bench explore: {}", self.conditions)?;
+        if !self.scenes.is_empty() {
+            writeln!(f, "\nseeds {first}..{end}")?;
+            self.scenes.iter().try_for_each(|scene| write!(f, "\n{scene}"))?;
+            f.write_str(NOTES)?;
+        }
+        killed(f, &self.killed)?;
+        teams(f, &self.teams, "team sizes")?;
+        teams(f, &self.large, "larger places, as dense")?;
+        courses(f, &self.courses)?;
+        concentrations(f, &self.courses)?;
         if self.cost.is_empty() {
             return Ok(());
         }
@@ -28,6 +36,77 @@ impl fmt::Display for ExploreResult {
         writeln!(f, "{:<26} {:>6} {:>7} {:>10} {:>9} {:>9}", "row", "cells", "robots", "decisions", "p50", "p99")?;
         self.cost.iter().try_for_each(|row| writeln!(f, "{row}"))
     }
+}
+
+fn killed(f: &mut fmt::Formatter<'_>, table: &ExploreTable<ExploreKilled>) -> fmt::Result {
+    let ([first, end], Some(_)) = (table.seeds, table.lines.first()) else { return Ok(()) };
+    writeln!(f, "\none robot is killed when half is known, seeds {first}..{end}; done: the rest can reach no more:")?;
+    write!(f, "{:<16} {:<16} {:>9} {:>20} {:>20}", "scene", "row", "done", "to 96 %", "end")?;
+    writeln!(f, " {:>9} {:>9}", "known", "least")?;
+    let mut all = [0, 0];
+    for ExploreKilled { scene, row, done, steps_96, steps_finish, coverage, runs } in &table.lines {
+        all = [all[0] + done, all[1] + runs.len()];
+        write!(f, "{scene:<16} {row:<16} {:>9}", format!("{done} of {}", runs.len()))?;
+        write!(f, " {:>20}", interval(steps_96.as_ref(), 1.0, 0))?;
+        write!(f, " {:>20}", interval(steps_finish.as_ref(), 1.0, 0))?;
+        writeln!(f, " {:>9} {:>9}", short(mean(coverage), 4), short(worst(coverage), 4))?;
+    }
+    writeln!(f, "all together: {} of {}", all[0], all[1])
+}
+
+fn teams(f: &mut fmt::Formatter<'_>, table: &ExploreTable<ExploreTeam>, title: &str) -> fmt::Result {
+    let ([first, end], Some(line)) = (table.seeds, table.lines.first()) else { return Ok(()) };
+    writeln!(f, "\n{title}, seeds {first}..{end}: steps to 96 % / to the end, and half of the 95 % intervals:")?;
+    write!(f, "{:<16} {:>9} {:>6}", "scene", "place", "robots")?;
+    line.rows.iter().try_for_each(|row| write!(f, " {:>25}", row.row))?;
+    writeln!(f)?;
+    for ExploreTeam { scene, side_cells, robots, rows } in &table.lines {
+        write!(f, "{scene:<16} {:>9} {robots:>6}", format!("{side_cells} cells"))?;
+        for row in rows {
+            let cell = format!("{} / {}", half(row.steps_96.as_ref()), half(row.steps_finish.as_ref()));
+            let left = row.runs.len() - row.done;
+            write!(f, " {:>25}", if left > 0 { format!("{cell} ({left} not)") } else { cell })?;
+        }
+        writeln!(f)?;
+    }
+    Ok(())
+}
+
+fn courses(f: &mut fmt::Formatter<'_>, table: &ExploreTable<ExploreCourse>) -> fmt::Result {
+    let ([first, end], Some(_)) = (table.seeds, table.lines.first()) else { return Ok(()) };
+    writeln!(f, "\nfigure 4, the paper's method to 96 %, windows of 15 steps, seeds {first}..{end}: growth and obex")?;
+    let columns = ["correlation", "at 4 peaks over all", "over windows beside"].map(|title| format!("{title:>22}"));
+    writeln!(f, "{:<16} {}", "scene", columns.join(" "))?;
+    for line in &table.lines {
+        let numbers = [&line.correlation, &line.peaks_over_all, &line.peaks_over_beside];
+        let numbers = numbers.map(|spread| format!("{:>22}", interval(spread.as_ref(), 1.0, 2)));
+        writeln!(f, "{:<16} {}", line.scene, numbers.join(" "))?;
+    }
+    Ok(())
+}
+
+fn concentrations(f: &mut fmt::Formatter<'_>, table: &ExploreTable<ExploreCourse>) -> fmt::Result {
+    if table.lines.is_empty() {
+        return Ok(());
+    }
+    writeln!(f, "\nfigure 5, mean concentration of the first robot's antibodies in those runs, after generations:")?;
+    let shown = [1, 2, 5, 10, 20, 40];
+    let titles = shown.map(|generation| format!("{generation:>6}"));
+    writeln!(f, "{:<16} {:<28} {}", "scene", "network", titles.join(" "))?;
+    for ExploreCourse { scene, concentrations, .. } in &table.lines {
+        for row in concentrations {
+            let numbers = shown.map(|generation| format!("{:>6}", short(row.mean.get(generation).copied(), 3)));
+            writeln!(f, "{scene:<16} {:<28} {}", row.row, numbers.join(" "))?;
+        }
+    }
+    Ok(())
+}
+
+/// Mean and half of the interval; `-` if there are none.
+fn half(spread: Option<&Spread>) -> String {
+    let Some(spread) = spread else { return "-".into() };
+    let half = spread.ci95_high.map(|high| format!(" ±{:.0}", high - spread.mean));
+    format!("{:.0}{}", spread.mean, half.unwrap_or_default())
 }
 
 impl fmt::Display for ExploreScene {
@@ -41,11 +120,13 @@ impl fmt::Display for ExploreScene {
     }
 }
 
-/// Mean and interval.
+/// Mean and interval; a single run has none.
 fn interval(spread: Option<&Spread>, scale: f64, digits: usize) -> String {
-    let ends = spread.and_then(|spread| Some((spread.mean, spread.ci95_low?, spread.ci95_high?)));
+    let Some(spread) = spread else { return "-".into() };
     let shown = |value: f64| format!("{:.digits$}", value * scale);
-    ends.map_or_else(|| "-".into(), |(mean, low, high)| format!("{} [{}, {}]", shown(mean), shown(low), shown(high)))
+    let ends = spread.ci95_low.zip(spread.ci95_high);
+    let ends = ends.map(|(low, high)| format!(" [{}, {}]", shown(low), shown(high)));
+    format!("{}{}", shown(spread.mean), ends.unwrap_or_default())
 }
 
 impl fmt::Display for ExploreContender {
