@@ -74,8 +74,8 @@ enum Name {
     Deploy,
     /// Flocking: the paper's, repairs of it, ours, its parts, on the same scenes and seeds; what a decision costs
     Flock,
-    /// Exploration: the paper's, without its parts, classical methods, ours, on the same places and starts, when a robot
-    /// dies, with more robots, on larger places; what a decision costs
+    /// Exploration: the paper's, without its parts, classical methods, ours, on the same places and starts, also when a
+    /// robot dies, with more robots, on larger places; what a decision costs
     Explore,
 }
 

@@ -1,6 +1,6 @@
 //! What is left undone when a robot dies halfway.
 
-use super::rows::{SCENES, principal};
+use super::rows::principal;
 use super::runs::{Case, is_done};
 use crate::contest::Plan;
 use drover_swarm::{ExploreFigures, Spread, Worst};
@@ -30,7 +30,7 @@ pub(super) fn cases(plan: &Plan) -> Vec<Case<'_>> {
     let rows = principal().into_iter().filter(|row| !plan.quick || row.name == "sweep");
     let rows: Vec<_> = rows.collect();
     let of = |scene| rows.iter().map(move |row| Case { kills: true, ..Case::of(scene, *row) });
-    plan.scenes.iter().filter(|scene| !plan.quick || scene.name() == SCENES[0]).flat_map(of).collect()
+    plan.scenes.iter().flat_map(of).collect()
 }
 
 pub(super) fn line(case: &Case<'_>, runs: Vec<ExploreFigures>) -> ExploreKilled {

@@ -153,8 +153,8 @@ impl CellSwarm {
         self.team.targets()
     }
 
-    /// The antibodies of a robot that lives, were it to decide now by the network of `explore`: affinity and stimulation
-    /// of each.
+    /// The antibodies of a robot that lives, were it to decide now by the network of `explore`: each one's affinity and
+    /// stimulation.
     #[must_use]
     pub fn population(&self, explore: &Explore, robot: usize) -> Vec<[f64; 2]> {
         self.team.population(explore, robot)
