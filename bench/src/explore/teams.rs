@@ -13,7 +13,7 @@ const TEAMS_QUICK: [u32; 2] = [2, 8];
 const SIDE: u32 = 100;
 /// A larger place, and robots on it; the scenes that there are of it.
 const SIDE_LARGE: u32 = 200;
-const SIDE_LARGE_QUICK: u32 = 130;
+const SIDE_LARGE_QUICK: u32 = 112;
 const TEAMS_LARGE: [u32; 2] = [4, 8];
 const SCENES_LARGE: [&str; 2] = [SCENES[0], SCENES[1]];
 
