@@ -42,7 +42,7 @@ pub(crate) struct Arguments {
     /// Robots at most
     #[arg(long, default_value_t = 100)]
     robots: u32,
-    /// Seeds of each row's runs, without B: 0..20 unless given, 0..40 for flock, fewer for most parts of explore
+    /// Seeds of each row's runs, without B: 0..20 unless given, 0..40 for flock, 0..10 or fewer for explore
     #[arg(long, value_name = "A..B", value_parser = seeds)]
     seeds: Option<Range<u64>>,
     /// Draw what is measured against a number of robots or of runs, for deploy and flock the robots' ways, for explore

@@ -68,3 +68,17 @@ fn cost(row: &'static str, swarm: &Swarm, side_cells: u32) -> ExploreCostRow {
         plan_us_p99: at(0.99),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_board_is_a_place_with_its_robots() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/swarms/explore_random.toml");
+        for (side, robots) in BOARDS {
+            let swarm = scene(&file, side, robots).unwrap_or_else(|error| panic!("{side} cells: {error:#}"));
+            assert_eq!(swarm.robots.len(), robots as usize);
+        }
+    }
+}

@@ -34,8 +34,8 @@ const USUAL: Usual = Usual {
     scenes: &[(SCENES[0], &[]), (SCENES[1], &[]), (SCENES[2], &[]), (SCENES[3], &[])],
     quick: SCENES[0],
     cost: SCENES[0],
-    seeds: 0..20,
-    seeds_quick: 0..2,
+    seeds: ExplorePart::Rows.seeds(false),
+    seeds_quick: ExplorePart::Rows.seeds(true),
     fits: |swarm| match &swarm.behaviour {
         Behaviour::Explore(_) => Ok(()),
         Behaviour::Flock(_) | Behaviour::Diffuse(_) | Behaviour::Deploy(_) => {

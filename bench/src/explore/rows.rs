@@ -83,12 +83,22 @@ pub(super) fn row_named(name: &str) -> Option<Row> {
     ROWS.into_iter().find(|row| row.name == name)
 }
 
+/// A place has no more obstacles than this; beyond, larger ones cover the same share.
+const OBSTACLES_MAX: u32 = 500;
+
 /// What makes of a scene's place one of so many cells to a side, with the rim, as dense as the file's own.
 pub(super) fn sized(scene: &str, side_cells: u32) -> Vec<String> {
     let inner_m = side_cells - 2;
     let mut set = vec![format!("world.generate.width_m={inner_m}"), format!("world.generate.height_m={inner_m}")];
     if scene == SCENES[0] {
-        set.push(format!("world.generate.count={}", inner_m * inner_m * 60 / (98 * 98)));
+        let wanted = inner_m * inner_m * 60 / (98 * 98);
+        let count = wanted.min(OBSTACLES_MAX);
+        set.push(format!("world.generate.count={count}"));
+        if count < wanted {
+            let scale = (f64::from(wanted) / f64::from(count)).sqrt();
+            set.push(format!("world.generate.size_min_m={:.2}", 2.0 * scale));
+            set.push(format!("world.generate.size_max_m={:.2}", 8.0 * scale));
+        }
     } else if scene == SCENES[1] {
         let rooms = (inner_m * 5 + 49) / 98;
         set.push(format!("world.generate.columns={rooms}"));
