@@ -3,14 +3,14 @@
 use super::rows::{SCENES, sized, timed};
 use crate::contest::{load, one_thread};
 use drover_config::{Behaviour, Swarm};
-use drover_swarm::{CellSwarm, Trial};
+use drover_swarm::CellSwarm;
 use serde::Serialize;
 use std::path::Path;
 
 /// Sides of the board, cells, and robots on it.
 const BOARDS: [(u32, u32); 6] = [(100, 4), (100, 8), (200, 4), (200, 8), (500, 4), (500, 8)];
-/// Steps of the team that are looked at, at most.
-const ROUNDS_MAX: u32 = 1500;
+/// Decisions that are timed, about and at most: of larger places that is the beginning.
+const DECISIONS_MAX: usize = 4000;
 
 /// Decisions of one method on one board.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -52,10 +52,8 @@ fn scene(file: &Path, side: u32, robots: u32) -> anyhow::Result<Swarm> {
 fn cost(row: &'static str, swarm: &Swarm, side_cells: u32) -> ExploreCostRow {
     let Behaviour::Explore(explore) = &swarm.behaviour else { unreachable!("made so above") };
     let mut trial = CellSwarm::new(swarm, explore).timed();
-    while trial.rounds() < ROUNDS_MAX && trial.explored().is_some_and(|figures| !figures.finished) {
-        // Bodies need not glide: what is timed is what the team decides.
-        trial.round();
-    }
+    // Bodies need not glide: what is timed is what the team decides.
+    while trial.decisions_us().len() < DECISIONS_MAX && trial.round() {}
     let mut taken_us = trial.decisions_us().to_vec();
     taken_us.sort_by(f64::total_cmp);
     let at = |share: f64| taken_us[((taken_us.len() - 1) as f64 * share) as usize];
