@@ -53,8 +53,8 @@ impl ExplorePart {
             (Self::Rows, false) => 0..10,
             (Self::Killed | Self::Figures, false) => 0..5,
             (Self::Teams, false) => 0..4,
-            (Self::Rows | Self::Killed, true) | (Self::Large | Self::Cost, false) => 0..2,
-            (Self::Teams | Self::Large | Self::Figures | Self::Cost, true) => 0..1,
+            (Self::Rows | Self::Killed, true) => 0..2,
+            (Self::Large | Self::Cost, false) | (Self::Teams | Self::Large | Self::Figures | Self::Cost, true) => 0..1,
         }
     }
 }
