@@ -169,8 +169,8 @@ impl Explore {
             affinity: AffinityReading::Normalised,
             suppression: Suppression::Repaired,
             closed_form: false,
-            hug_weight: 3.0,
-            others_weight: 0.1,
+            hug_weight: 1.0,
+            others_weight: 0.3,
             claimed_weight: 0.3,
             finish: Finish::Fast,
         }

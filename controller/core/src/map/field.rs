@@ -62,6 +62,8 @@ pub struct Field {
     reached: Vec<usize>,
     /// Those of them whose neighbours are reached as well.
     done: usize,
+    /// Where the way to a cell begins, if it has been said.
+    lead: Option<[usize; 2]>,
 }
 
 impl Field {
@@ -71,12 +73,28 @@ impl Field {
         self.extend(board, unknowns, FAR);
     }
 
+    /// Find for every cell the steps to the nearest of several starts.
+    pub fn spread_from(&mut self, board: &Board, starts: impl IntoIterator<Item = usize>, unknowns: Unknowns) {
+        self.steps.clear();
+        self.steps.resize(board.count(), FAR);
+        self.reached.clear();
+        (self.done, self.lead) = (0, None);
+        for start in starts {
+            if self.steps[start] == FAR {
+                self.steps[start] = 0;
+                self.reached.push(start);
+            }
+        }
+        self.extend(board, unknowns, FAR);
+    }
+
     /// Nothing but `start` is reached yet.
     pub fn begin(&mut self, board: &Board, start: usize) {
         self.steps.clear();
         self.steps.resize(board.count(), FAR);
         self.reached.clear();
         self.done = 0;
+        self.lead = None;
         self.steps[start] = 0;
         self.reached.push(start);
     }
@@ -111,10 +129,18 @@ impl Field {
         &self.reached
     }
 
+    /// The way to a cell begins with a step to `first`, whatever else is as near or nearer.
+    pub fn lead(&mut self, to: usize, first: usize) {
+        self.lead = Some([to, first]);
+    }
+
     /// The first step of a shortest way to a cell; the start itself if it is that. Of several ways the one that keeps
     /// to the straight line from the end: it is the same whatever was learnt elsewhere.
     #[must_use]
     pub fn first_step(&self, board: &Board, unknowns: Unknowns, to: usize) -> Option<usize> {
+        if let Some([_, first]) = self.lead.filter(|lead| lead[0] == to) {
+            return Some(first);
+        }
         let mut cell = to;
         let mut steps = self.steps(to)?;
         while steps > 1 {
@@ -213,6 +239,20 @@ mod tests {
         assert_eq!(field.steps(8), Some(4));
         assert_eq!(field.first_step(&board, Unknowns::Free, 5), Some(1));
         assert_eq!(field.first_step(&board, Unknowns::Free, 0), Some(0));
+    }
+
+    #[test]
+    fn a_wave_from_several_starts_has_the_steps_to_the_nearest_and_a_way_may_begin_as_one_says() {
+        let board = board(&[".....", ".....", "....."]);
+        let mut field = Field::default();
+        field.spread_from(&board, [0, 4, 4], Unknowns::Solid);
+        assert_eq!([0, 1, 2, 3, 12].map(|cell| field.steps(cell)), [0, 1, 2, 1, 2].map(Some));
+        field.spread(&board, 5, Unknowns::Solid);
+        field.lead(9, 11);
+        assert_eq!(field.first_step(&board, Unknowns::Solid, 9), Some(11), "as it was said");
+        assert_eq!(field.first_step(&board, Unknowns::Solid, 8), Some(6), "another end");
+        field.spread(&board, 5, Unknowns::Solid);
+        assert_eq!(field.first_step(&board, Unknowns::Solid, 9), Some(6), "a new wave forgets it");
     }
 
     #[test]

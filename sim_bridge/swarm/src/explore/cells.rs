@@ -274,7 +274,10 @@ impl CellTeam {
     pub(crate) fn population(&self, params: &Explore, own: usize) -> Vec<[f64; 2]> {
         let mates = self.mates();
         let Self { finders, sight, step, .. } = self;
-        population(params, &View { board: self.ways(), finders, mates: &mates, own, sight, step: *step })
+        population(
+            params,
+            &View { board: self.ways(), walls: &self.board, finders, mates: &mates, own, sight, step: *step },
+        )
     }
 
     /// Heap bytes that the maps hold.
