@@ -99,7 +99,9 @@ impl Surveyor {
     /// Robot `own`, in its present life, of a swarm with these ids.
     pub(crate) fn new(explore: &Explore, kind: &Kind, own: Writer, ids: impl Iterator<Item = RobotId>) -> Self {
         let [low, high] = explore.area_m.unwrap_or_default().map(|[x, y]| Vec2::new(x, y));
-        let lattice = Lattice::over(low, high, explore.cell_m);
+        // The faces of walls at the rim lie on it: half of their returns fall outside.
+        let rim = Vec2::repeat(explore.cell_m);
+        let lattice = Lattice::over(low - rim, high + rim, explore.cell_m);
         let mut ids: Vec<RobotId> = ids.filter(|id| *id != own.robot).chain([own.robot]).collect();
         ids.sort_unstable();
         // The wall of an occupied cell may be half a cell nearer than its middle.
