@@ -20,6 +20,8 @@ pub struct Explore {
     /// the field does not have.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub area_m: Option<[[f64; 2]; 2]>,
+    /// How simulated points on cells share what they see. Bodies gossip.
+    pub exchange: MapExchange,
     /// A body drives at most this fast while it explores, m/s.
     pub speed_mps: f64,
     /// A body thinks about where to go this often, s, or as soon as it has arrived or its way is closed.
@@ -128,6 +130,19 @@ pub enum Suppression {
     Printed,
 }
 
+/// How simulated points share what they see.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MapExchange {
+    /// One map that all have at every moment; the radio takes no part.
+    Ideal,
+    /// Logs of what was seen, by gossip over the radio.
+    Gossip,
+    /// The paper's: every `global_steps` steps, over the radio, the places from where one has looked, and one's
+    /// candidates; who hears of a place takes the square around it for seen.
+    Points,
+}
+
 /// What is early.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -149,6 +164,7 @@ impl Explore {
             step_s: 1.0,
             reach_cells: 2,
             area_m: None,
+            exchange: MapExchange::Ideal,
             speed_mps: 0.6,
             decide_s: 1.0,
             obstacle_weight: 0.5,

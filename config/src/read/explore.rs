@@ -2,7 +2,7 @@
 
 use super::by_mode::among;
 use crate::reader::Table;
-use crate::{AffinityReading, CandidateValue, Explore, ExploreMethod, Finish, Suppression};
+use crate::{AffinityReading, CandidateValue, Explore, ExploreMethod, Finish, MapExchange, Suppression};
 
 /// What a file calls the methods; the first is the default.
 pub(crate) const METHODS: [(&str, ExploreMethod); 9] = [
@@ -28,10 +28,13 @@ pub(crate) fn explore(table: &mut Table<'_>) -> Option<Explore> {
     let step_s = table.number("step_s", 0.05..=60.0, Some(usual.step_s));
     let reach_cells = table.integer_u8("reach_cells", 1..=10, usual.reach_cells);
     let area_m = table.optional_region("area_m", "the bounds of the world; a robot's own file must have it");
+    const EXCHANGES: [(&str, MapExchange); 3] =
+        [("ideal", MapExchange::Ideal), ("gossip", MapExchange::Gossip), ("points", MapExchange::Points)];
+    let exchange = among(table, false, "exchange", EXCHANGES, 0);
     let speed_mps = table.number("speed_mps", 0.05..=10.0, Some(usual.speed_mps));
     let decide_s = table.number("decide_s", 0.1..=60.0, Some(usual.decide_s));
     let base = Explore { method: method?, value: value?, cell_m: cell_m?, step_s: step_s?, ..usual };
-    let base = Explore { area_m: area_m?, speed_mps: speed_mps?, decide_s: decide_s?, ..base };
+    let base = Explore { area_m: area_m?, exchange: exchange?, speed_mps: speed_mps?, decide_s: decide_s?, ..base };
     let papers = immune(table, Explore { reach_cells: reach_cells?, ..base })?;
     ours(table, papers)
 }

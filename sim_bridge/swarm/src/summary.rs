@@ -127,7 +127,7 @@ pub(crate) fn end_of(behaviour: &Behaviour, id: u32) -> Option<([f64; 2], f64)> 
             let end_m = flock.party_of(id)?.end_m();
             Some((end_m, flock.arrive_radius_m.max(flock.waypoint_radius_m)))
         }
-        // A deployment is measured by who is at which target.
+        // A deployment is measured by who is at which target, an exploration by what is known.
         Behaviour::Diffuse(_) | Behaviour::Deploy(_) | Behaviour::Explore(_) => None,
     }
 }
@@ -141,13 +141,15 @@ pub(crate) fn robot_summary(swarm: &Swarm, index: usize, plant: &Plant, tally: &
     let end = end_of(&swarm.behaviour, robot.id);
     let end_distance_m = end.map(|([x, y], _)| (truth.pose_wb.position() - Vec2::new(x, y)).norm());
     let view = tally.view.as_ref();
+    // Where an exploration ends is nobody's to say beforehand: its end is the robot's certificate.
+    let certified = view.is_some_and(|view| view.reached) || !matches!(swarm.behaviour, Behaviour::Explore(_));
     let unheard = || ("never heard".to_owned(), "its loop never spoke".to_owned());
     let (state, reason) = tally.at_end.clone().unwrap_or_else(unheard);
     let believed = view.and_then(|view| view.pose_wb);
     RobotSummary {
         id: robot.id,
         kind: robot.kind.clone(),
-        reached: end_distance_m.zip(end).is_none_or(|(gap_m, (_, arrive_m))| gap_m <= arrive_m),
+        reached: certified && end_distance_m.zip(end).is_none_or(|(gap_m, (_, arrive_m))| gap_m <= arrive_m),
         reached_s: tally.reached_s,
         state,
         reason,

@@ -1,10 +1,12 @@
 //! A team on cells: the paper's robots, one cell large, which go one step to one of eight neighbours at a time, see a
 //! square around them without error, and know where they are.
 
+use super::apart::Apart;
 use super::ground::Ground;
 use drover_config::Explore;
 use drover_core::explore::{Explorer, Mate, Move, View, population};
 use drover_core::map::{Board, Field, Known, Sight, Unknowns};
+use drover_world::RadioTally;
 use std::time::Instant;
 
 /// A robot, as it truly is.
@@ -31,6 +33,8 @@ pub(crate) struct CellTeam {
     /// on. None as long as all live.
     passable: Option<Board>,
     finders: Vec<u16>,
+    /// What each knows for itself, if they do not share one map: `board` is then what somebody knows.
+    apart: Option<Apart>,
     bodies: Vec<Body>,
     step: u32,
     /// Targets that were chosen, and those of them that another robot had seen first.
@@ -69,9 +73,17 @@ impl CellTeam {
             ground,
             board,
             passable: None,
+            apart: None,
         };
         team.look();
         team
+    }
+
+    /// The same team, each of which has a map of its own.
+    pub(crate) fn apart(mut self, apart: Option<Apart>) -> Self {
+        self.apart = apart;
+        self.look();
+        self
     }
 
     /// Everybody decides and goes one step, in the order of ranks; then everybody looks.
@@ -87,6 +99,10 @@ impl CellTeam {
             self.finished = Some(self.step - 1);
         }
         self.look();
+        if let Some(apart) = &mut self.apart {
+            let mate = |body: &Body| body.alive.then_some(Mate { at: body.at, target: body.target });
+            apart.talk(self.step, &self.bodies.iter().map(mate).collect::<Vec<_>>());
+        }
     }
 
     /// One robot's step; whether it has anything left to do.
@@ -100,6 +116,10 @@ impl CellTeam {
         let Some(next) = moved.next else { return true };
         if self.is_taken(own, next) {
             self.blocked += 1;
+            let dead = self.bodies.iter().any(|body| body.at == next && !body.alive);
+            if let Some(apart) = self.apart.as_mut().filter(|_| dead) {
+                apart.meet(own, next);
+            }
             self.go_around(own);
         } else {
             self.go(own, next);
@@ -108,9 +128,14 @@ impl CellTeam {
     }
 
     fn decide(&mut self, own: usize, board: Option<&Board>) -> Move {
-        let mates = self.mates();
-        let Self { board: map, passable, finders, sight, bodies, step, decisions_us, .. } = self;
-        let board = board.or(passable.as_ref()).unwrap_or(map);
+        let mates = self.mates(own);
+        let Self { board: map, passable, apart, finders, sight, bodies, step, decisions_us, .. } = self;
+        let around = apart.as_ref().and_then(|apart| apart.ways(own));
+        let (map, finders, passable) = match apart {
+            Some(apart) => (apart.board(own), apart.finders(own), around.as_ref()),
+            None => (&*map, &finders[..], passable.as_ref()),
+        };
+        let board = board.or(passable).unwrap_or(map);
         let view = View { board, walls: map, finders, mates: &mates, own, sight, step: *step };
         bodies[own].turns += 1;
         let begun = decisions_us.as_ref().map(|_| Instant::now());
@@ -121,9 +146,13 @@ impl CellTeam {
         moved
     }
 
-    fn mates(&self) -> Vec<Option<Mate>> {
-        let mate = |body: &Body| body.alive.then_some(Mate { at: body.at, target: body.target });
-        self.bodies.iter().map(mate).collect()
+    /// Everybody, as robot `own` knows it.
+    fn mates(&self, own: usize) -> Vec<Option<Mate>> {
+        let mate = |body: &Body| Mate { at: body.at, target: body.target };
+        match &self.apart {
+            Some(apart) => apart.mates(own, mate(&self.bodies[own])),
+            None => self.bodies.iter().map(|body| body.alive.then(|| mate(body))).collect(),
+        }
     }
 
     fn take(&mut self, own: usize, moved: Move, target: usize) {
@@ -142,7 +171,10 @@ impl CellTeam {
     /// Somebody stands in the way: choose again as if all bodies were obstacles. Of two that meet in a corridor each
     /// then takes what is on its own side.
     fn go_around(&mut self, own: usize) {
-        let mut board = self.ways().clone();
+        let mut board = match &self.apart {
+            Some(apart) => apart.ways(own).unwrap_or_else(|| apart.board(own).clone()),
+            None => self.ways().clone(),
+        };
         for (rank, body) in self.bodies.iter().enumerate() {
             if rank != own {
                 board.learn(body.at, Known::Occupied);
@@ -165,12 +197,14 @@ impl CellTeam {
     }
 
     fn look(&mut self) {
-        let Self { ground, sight, board, passable, finders, bodies, .. } = self;
+        let Self { ground, sight, board, passable, apart, finders, bodies, .. } = self;
         let mut seen = Vec::new();
         for (rank, body) in bodies.iter_mut().enumerate().filter(|(_, body)| body.alive) {
             seen.clear();
             sight.look(board, body.at, |cell| ground.is_solid(cell), |cell| seen.push(cell));
+            apart.iter_mut().for_each(|apart| apart.look_from(rank, body.at));
             for cell in &seen {
+                apart.iter_mut().for_each(|apart| apart.see(rank, *cell, ground.is_solid(*cell)));
                 body.seen[*cell] = true;
                 let known = if ground.is_solid(*cell) { Known::Occupied } else { Known::Free };
                 if board.learn(*cell, known) {
@@ -228,6 +262,16 @@ impl CellTeam {
         views as f64 / self.board.free_count().max(1) as f64 - 1.0
     }
 
+    /// What they said to each other, bytes by receiver within range; none if they share one map.
+    pub(crate) fn bytes_said(&self) -> Option<u64> {
+        self.apart.as_ref().map(Apart::bytes)
+    }
+
+    /// What happened on the air.
+    pub(crate) fn radio(&self) -> RadioTally {
+        self.apart.as_ref().map(Apart::radio).unwrap_or_default()
+    }
+
     /// Targets that were chosen so far, and those of them that another robot had seen first.
     pub(crate) fn targets(&self) -> [u64; 2] {
         [self.chosen, self.chosen_of_others]
@@ -272,7 +316,7 @@ impl CellTeam {
 
     /// The antibodies of a robot, were it to decide now by the paper's network.
     pub(crate) fn population(&self, params: &Explore, own: usize) -> Vec<[f64; 2]> {
-        let mates = self.mates();
+        let mates = self.mates(own);
         let Self { finders, sight, step, .. } = self;
         population(
             params,

@@ -33,6 +33,9 @@ pub struct ExploreFigures {
     pub obex: f64,
     /// Steps in which a body stood in another's way.
     pub blocked: u64,
+    /// What was said, bytes, counted by receiver within range; none if all share one map.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bytes: Option<u64>,
     /// Steps to 96 % over the fewest that could do if every step were diagonal and saw only new cells:
     /// `(0.96 A / n - w^2) / (2 w - 1)` with a sensor `w` cells wide.
     pub sweep_bound_ratio: Option<f64>,
@@ -72,6 +75,7 @@ impl Exploring {
             overlap: team.overlap(),
             obex: team.obex(),
             blocked: team.blocked(),
+            bytes: team.bytes_said(),
             sweep_bound_ratio: steps_96.filter(|_| bound >= 1.0).map(|steps| f64::from(steps) / bound),
         }
     }

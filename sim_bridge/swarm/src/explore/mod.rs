@@ -1,5 +1,6 @@
 //! Exploration on cells: the paper's robots and ground, and what any exploration is measured by.
 
+mod apart;
 mod cells;
 mod figures;
 mod ground;

@@ -1,5 +1,6 @@
 //! Exploration of simulated points as a trial: the team on cells, and its bodies on their way from middle to middle.
 
+use super::apart::Apart;
 use super::cells::CellTeam;
 use super::figures::{ExploreFigures, Exploring};
 use super::ground::Ground;
@@ -7,60 +8,39 @@ use crate::points::pose_towards;
 use crate::trial::Trial;
 use drover_config::{Explore, Swarm};
 use drover_contract::{BehaviourState, Pose, Stamp, Vec2};
+use drover_core::map::Lattice;
 use drover_core::{Status, Verdict};
 use drover_robot::View;
 use drover_world::{Arena, BodySpec, RadioTally, Walls};
 use std::time::Duration;
 
-/// Where cells lie: `low_w` is the south-west corner of the first, which is one of the rim.
-#[derive(Clone, Copy, Debug)]
-struct Lattice {
-    low_w: Vec2,
-    cell_m: f64,
-    columns: usize,
-    rows: usize,
+/// Cells over all walls and starts, and a rim around them.
+fn lattice_over(walls: &Walls, starts_w: &[Vec2], cell_m: f64) -> Lattice {
+    let ends = walls.segments().iter().flat_map(|edge| [edge.from_w, edge.to_w]);
+    let places_w: Vec<Vec2> = ends.chain(starts_w.iter().copied()).collect();
+    let low_w = places_w.iter().copied().reduce(|low, place| low.inf(&place)).unwrap_or_default();
+    let high_w = places_w.iter().copied().reduce(|high, place| high.sup(&place)).unwrap_or_default();
+    let rim = Vec2::repeat(cell_m);
+    Lattice::over(low_w - rim, high_w + rim, cell_m)
 }
 
-impl Lattice {
-    /// Cells over all walls and starts, and a rim around them.
-    fn over(walls: &Walls, starts_w: &[Vec2], cell_m: f64) -> Self {
-        let ends = walls.segments().iter().flat_map(|edge| [edge.from_w, edge.to_w]);
-        let places_w: Vec<Vec2> = ends.chain(starts_w.iter().copied()).collect();
-        let low_w = places_w.iter().copied().reduce(|low, place| low.inf(&place)).unwrap_or_default();
-        let high_w = places_w.iter().copied().reduce(|high, place| high.sup(&place)).unwrap_or_default();
-        // A hair less: what is a whole number of cells wide is not one more for rounding.
-        let count = |length_m: f64| ((length_m / cell_m - 1e-9).ceil().max(1.0)) as usize + 2;
-        let size = high_w - low_w;
-        Self { low_w: low_w - Vec2::repeat(cell_m), cell_m, columns: count(size.x), rows: count(size.y) }
-    }
+/// Cells whose middles are in walls are solid.
+fn ground_of(lattice: &Lattice, walls: &Walls, start_w: Vec2) -> Ground {
+    let (columns, rows) = (lattice.columns(), lattice.rows());
+    let solid = |column: usize, row: usize| walls.is_solid(lattice.centre_w(row * columns + column));
+    Ground::new((columns, rows), solid, |ground| free_near(lattice, ground, start_w, &[]))
+}
 
-    fn centre_w(&self, cell: usize) -> Vec2 {
-        let (column, row) = (cell % self.columns, cell / self.columns);
-        self.low_w + Vec2::new(column as f64 + 0.5, row as f64 + 0.5) * self.cell_m
+/// The free cell nearest to a place that nobody has taken.
+fn free_near(lattice: &Lattice, ground: &Ground, place_w: Vec2, taken: &[usize]) -> Option<usize> {
+    let home = lattice.cell_near(place_w);
+    if !ground.is_solid(home) && !taken.contains(&home) {
+        return Some(home);
     }
-
-    fn cell_at(&self, place_w: Vec2) -> usize {
-        let at = (place_w - self.low_w) / self.cell_m;
-        let within = |value: f64, count: usize| (value.floor().max(0.0) as usize).min(count - 1);
-        within(at.y, self.rows) * self.columns + within(at.x, self.columns)
-    }
-
-    /// Cells whose middles are in walls are solid.
-    fn ground(&self, walls: &Walls, start_w: Vec2) -> Ground {
-        let solid = |column: usize, row: usize| walls.is_solid(self.centre_w(row * self.columns + column));
-        Ground::new((self.columns, self.rows), solid, |ground| self.free_near(ground, start_w, &[]))
-    }
-
-    /// The free cell nearest to a place that nobody has taken.
-    fn free_near(&self, ground: &Ground, place_w: Vec2, taken: &[usize]) -> Option<usize> {
-        let home = self.cell_at(place_w);
-        if !ground.is_solid(home) && !taken.contains(&home) {
-            return Some(home);
-        }
-        let free = (0..self.columns * self.rows).filter(|cell| !ground.is_solid(*cell) && !taken.contains(cell));
-        let far = |cell: &usize| (self.centre_w(*cell) - place_w).norm_squared();
-        free.min_by(|a, b| far(a).total_cmp(&far(b)))
-    }
+    let count = lattice.columns() * lattice.rows();
+    let free = (0..count).filter(|cell| !ground.is_solid(*cell) && !taken.contains(cell));
+    let far = |cell: &usize| (lattice.centre_w(*cell) - place_w).norm_squared();
+    free.min_by(|a, b| far(a).total_cmp(&far(b)))
 }
 
 /// A swarm of points on cells.
@@ -87,19 +67,20 @@ impl CellSwarm {
         let bodies = BodySpec::all_of(swarm);
         let arena = Arena::new(&swarm.world, &bodies, swarm.seed);
         let starts_w: Vec<Vec2> = bodies.iter().map(|body| body.start.position()).collect();
-        let lattice = Lattice::over(arena.walls(), &starts_w, explore.cell_m);
-        let ground = lattice.ground(arena.walls(), starts_w.first().copied().unwrap_or_default());
+        let lattice = lattice_over(arena.walls(), &starts_w, explore.cell_m);
+        let ground = ground_of(&lattice, arena.walls(), starts_w.first().copied().unwrap_or_default());
         let mut starts = Vec::with_capacity(starts_w.len());
         for start_w in &starts_w {
-            let home = lattice.cell_at(*start_w);
-            starts.push(lattice.free_near(&ground, *start_w, &starts).unwrap_or(home));
+            let home = lattice.cell_near(*start_w);
+            starts.push(free_near(&lattice, &ground, *start_w, &starts).unwrap_or(home));
         }
         let status = |body: &BodySpec| Status {
             verdict: Verdict::Driving,
             state: BehaviourState::Active,
             ..Status::first(Stamp::ZERO, body.start)
         };
-        let team = CellTeam::new(explore, ground, &starts);
+        let apart = Apart::new(swarm, explore, &lattice, &starts);
+        let team = CellTeam::new(explore, ground, &starts).apart(apart);
         let mut exploring = Exploring::default();
         exploring.see(&team);
         Self {
@@ -234,7 +215,7 @@ impl Trial for CellSwarm {
     }
 
     fn radio(&self) -> RadioTally {
-        RadioTally::default()
+        self.team.radio()
     }
 
     fn aged_commands(&self) -> u64 {
@@ -246,6 +227,6 @@ impl Trial for CellSwarm {
     }
 
     fn explored(&self) -> Option<ExploreFigures> {
-        Some(self.exploring.figures(&self.team, self.lattice.cell_m))
+        Some(self.exploring.figures(&self.team, self.lattice.cell_m()))
     }
 }
