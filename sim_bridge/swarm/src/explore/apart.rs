@@ -10,8 +10,8 @@
 
 use drover_config::{Explore, MapExchange, Swarm};
 use drover_contract::{MapReport, RobotId, Stamp, Vec2, Writer};
-use drover_core::explore::Mate;
-use drover_core::map::{Board, Exchange, Known, Lattice, SharedMap};
+use drover_core::explore::{Gathering, Mate, Meetings, parts, sectors};
+use drover_core::map::{Board, Exchange, Field, Known, Lattice, SharedMap, Unknowns};
 use drover_world::{Radio, RadioTally};
 use std::sync::Arc;
 use std::time::Duration;
@@ -20,6 +20,8 @@ use std::time::Duration;
 const TALK_STEPS: u32 = 5;
 /// So many reports at once at most, a tenth of a second apart.
 const REPORTS_MAX: u64 = 10;
+/// Who was not heard for so many steps has left.
+const GONE_STEPS: u32 = 15;
 /// A report is heard within this, or never: delays of a radio are shorter.
 const LATE: Duration = Duration::from_millis(90);
 /// On the air: a report without a piece, what a piece adds beside its changes; an observation point; a candidate.
@@ -52,6 +54,13 @@ struct Member {
     points: Vec<usize>,
     /// How many of everybody's points it has heard of, by rank.
     heard_points: Vec<usize>,
+    /// When it last heard each, steps.
+    heard: Vec<u32>,
+    meetings: Meetings,
+    /// Whose each cell is until the next meeting, by rank.
+    parts: Vec<u16>,
+    /// It has seen to its part as far as it got: until the next meeting all of the place is its business.
+    part_done: bool,
     /// Cells of bodies that it has walked into and that do not move.
     obstacles: Vec<usize>,
 }
@@ -66,6 +75,7 @@ pub(crate) struct Apart {
     lattice: Lattice,
     members: Vec<Member>,
     now: Stamp,
+    at_step: u32,
     step: Duration,
     bytes: u64,
 }
@@ -79,6 +89,9 @@ impl Apart {
             MapExchange::Points => explore.global_steps.max(1),
         };
         let ids: Vec<u32> = swarm.robots.iter().map(|robot| robot.id).collect();
+        let unknown = Board::new(lattice.columns(), lattice.rows());
+        let seeds: Vec<[f64; 2]> = starts.iter().map(|cell| unknown.place(*cell).map(f64::from)).collect();
+        let parts = parts(&unknown, &(0..unknown.count()).collect::<Vec<_>>(), &seeds);
         let member = |id: &u32| {
             let writer = Writer { robot: RobotId(*id), epoch: EPOCH };
             Member {
@@ -89,6 +102,10 @@ impl Apart {
                 mates: starts.iter().map(|at| Mate { at: *at, target: None }).collect(),
                 points: Vec::new(),
                 heard_points: vec![0; starts.len()],
+                heard: vec![0; starts.len()],
+                meetings: Meetings::new(&Board::new(lattice.columns(), lattice.rows()), starts, explore.reach_cells),
+                parts: parts.clone(),
+                part_done: false,
                 obstacles: Vec::new(),
             }
         };
@@ -101,6 +118,7 @@ impl Apart {
             range_m: swarm.radio.range_m,
             lattice: *lattice,
             now: Stamp::ZERO,
+            at_step: 0,
             step: Duration::from_secs_f64(explore.step_s),
             bytes: 0,
         })
@@ -126,14 +144,64 @@ impl Apart {
         })
     }
 
+    /// The same with what is unknown in others' parts occupied: for who sees to its own first. None by observation points.
+    pub(super) fn own_part(&self, own: usize) -> Option<Board> {
+        if self.kind == MapExchange::Points || self.members[own].part_done {
+            return None;
+        }
+        let mut board = self.ways(own).unwrap_or_else(|| self.board(own).clone());
+        for (cell, part) in self.members[own].parts.iter().enumerate() {
+            if usize::from(*part) != own && board.at(cell) == Known::Unknown {
+                board.set(cell, Known::Occupied);
+            }
+        }
+        Some(board)
+    }
+
+    /// Nothing is left in its part, or not to be got to.
+    pub(super) fn leave_part(&mut self, own: usize) {
+        self.members[own].part_done = true;
+    }
+
     pub(super) fn finders(&self, own: usize) -> &[u16] {
         &self.members[own].finders
     }
 
-    /// Where it believes everybody to be; itself it knows.
-    pub(super) fn mates(&self, own: usize, itself: Mate) -> Vec<Option<Mate>> {
-        let all = self.members[own].mates.iter().enumerate();
-        all.map(|(rank, mate)| Some(if rank == own { itself } else { *mate })).collect()
+    /// Where it believes everybody to be at a step; itself it knows. Who went somewhere and was not heard since is there.
+    pub(super) fn mates(&self, own: usize, itself: Mate, step: u32) -> Vec<Option<Mate>> {
+        let Member { mates, heard, .. } = &self.members[own];
+        let believed = |(rank, mate): (usize, &Mate)| match mate.target {
+            _ if rank == own => itself,
+            Some(target) if step > heard[rank] + GONE_STEPS => Mate { at: target, target: None },
+            Some(_) | None => *mate,
+        };
+        mates.iter().enumerate().map(|pair| Some(believed(pair))).collect()
+    }
+
+    /// Where a robot goes for a meeting, and its first step; none if it goes on with its work. By observation points there
+    /// are none: the paper has none.
+    pub(super) fn called(&mut self, own: usize, at: usize, step: u32, idle: bool) -> Option<(usize, Option<usize>)> {
+        if self.kind == MapExchange::Points {
+            return None;
+        }
+        let ways = self.ways(own);
+        let Member { map, exchange, meetings, mates, parts, part_done, .. } = &mut self.members[own];
+        let board = ways.as_ref().unwrap_or(map.board());
+        let complete = exchange.heard(self.now).count() + 1 == mates.len() && exchange.is_level(self.now, map);
+        let before = meetings.met();
+        let place = meetings.call(&Gathering { step, at, board, complete, idle });
+        if meetings.met() > before {
+            // All who met have one map: each reckons the same parts.
+            let left: Vec<usize> = board.frontier().collect();
+            let seeds = sectors(board, &left, meetings.place(), mates.len());
+            *parts = drover_core::explore::parts(board, &left, &seeds);
+            *part_done = false;
+            if complete {
+                meetings.agree(step, longest_round(board, meetings.place(), (&left, parts, mates.len())));
+            }
+        }
+        let place = place?;
+        Some((place, meetings.first_step(board, place).filter(|next| *next != at)))
     }
 
     /// A robot has met a body that does not move.
@@ -171,6 +239,7 @@ impl Apart {
     /// After a step: everybody that lives, where it is and where it goes, may speak.
     pub(super) fn talk(&mut self, step: u32, bodies: &[Option<Mate>]) {
         self.now = Stamp::ZERO + self.step * step;
+        self.at_step = step;
         if !step.is_multiple_of(self.every) {
             return;
         }
@@ -233,11 +302,13 @@ impl Apart {
     }
 
     fn deliver(&mut self) {
-        let Self { radio, members, now, reach, bytes, .. } = self;
+        let Self { radio, members, now, reach, bytes, at_step, .. } = self;
+        let step = *at_step;
         radio.deliver(*now + LATE, |to, from, said| {
             let member = &mut members[to];
             let (at, said) = said.as_ref();
             member.mates[from].at = *at;
+            member.heard[from] = step;
             match said {
                 Said::Report(report) => member.hear(*now, from, report),
                 Said::Points(points) => *bytes += POINT_BYTES * member.presume(from, points, *reach),
@@ -253,6 +324,21 @@ impl Apart {
     pub(super) fn radio(&self) -> RadioTally {
         self.radio.tally()
     }
+}
+
+/// How long the robot with the longest round needs to see to its part of what is left and come back, steps.
+fn longest_round(board: &Board, place: usize, (left, parts, count): (&[usize], &[u16], usize)) -> u32 {
+    let mut field = Field::default();
+    // What others found may be joined to the place by ways that nobody knows yet.
+    field.spread(board, place, Unknowns::Free);
+    let mut rounds = vec![0_u32; count];
+    let mut farthest = vec![0_u32; count];
+    for cell in left {
+        let rank = usize::from(parts[*cell]);
+        rounds[rank] += 1;
+        farthest[rank] = farthest[rank].max(field.steps(*cell).unwrap_or(0));
+    }
+    rounds.iter().zip(&farthest).map(|(cells, far)| cells + 2 * far).max().unwrap_or(0)
 }
 
 impl Member {

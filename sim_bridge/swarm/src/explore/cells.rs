@@ -107,7 +107,19 @@ impl CellTeam {
 
     /// One robot's step; whether it has anything left to do.
     fn turn(&mut self, own: usize) -> bool {
-        let moved = self.decide(own, None);
+        let part = self.apart.as_ref().and_then(|apart| apart.own_part(own));
+        let mut moved = self.decide(own, part.as_ref());
+        if part.is_some() && moved.target.is_none() {
+            self.apart.iter_mut().for_each(|apart| apart.leave_part(own));
+            moved = self.decide(own, None);
+        }
+        let (at, step) = (self.bodies[own].at, self.step);
+        let idle = moved.target.is_none();
+        if let Some((place, next)) = self.apart.as_mut().and_then(|apart| apart.called(own, at, step, idle)) {
+            self.bodies[own].target = (!idle).then_some(place);
+            next.filter(|next| !self.is_taken(own, *next)).into_iter().for_each(|next| self.go(own, next));
+            return !idle;
+        }
         let Some(target) = moved.target else {
             self.bodies[own].target = None;
             return false;
@@ -150,7 +162,7 @@ impl CellTeam {
     fn mates(&self, own: usize) -> Vec<Option<Mate>> {
         let mate = |body: &Body| Mate { at: body.at, target: body.target };
         match &self.apart {
-            Some(apart) => apart.mates(own, mate(&self.bodies[own])),
+            Some(apart) => apart.mates(own, mate(&self.bodies[own]), self.step),
             None => self.bodies.iter().map(|body| body.alive.then(|| mate(body))).collect(),
         }
     }

@@ -9,6 +9,8 @@
 //! | [`network`] | the immune network itself (eq. 4, 6 to 8) |
 //! | [`classic`] | nearest, greedy, Burgard, Hungarian, MinPos, market |
 //! | [`sweep`] | what ships |
+//! | [`meeting`] | where and when those meet who hear each other only from near |
+//! | [`parts`] | parts of a place for those who cannot talk while they work |
 //! | [`surveyor`] | a real robot: evidence, space, ways, peers |
 //! | [`way`], [`mates`] | its way over the space of its body; its peers |
 
@@ -16,7 +18,9 @@ mod classic;
 mod explorer;
 mod immune;
 mod mates;
+mod meeting;
 mod network;
+mod parts;
 mod surveyor;
 mod sweep;
 mod value;
@@ -25,6 +29,8 @@ mod way;
 
 pub use explorer::{Explorer, Move};
 pub use immune::population;
+pub use meeting::{Gathering, Meetings};
 pub use network::mean_concentrations;
+pub use parts::{parts, sectors};
 pub(crate) use surveyor::Surveyor;
 pub use view::{Mate, View};
