@@ -3,6 +3,7 @@
 mod deploy;
 mod determinism;
 mod drives;
+mod explore;
 mod faults;
 mod fidelity;
 mod flock;

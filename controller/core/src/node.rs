@@ -49,8 +49,8 @@ pub struct Node {
     law: Law,
     /// What to tell of links, beside the newest beacon.
     links_due: Option<LinkReport>,
-    /// What to tell of the map, beside it.
-    map_due: Option<MapReport>,
+    /// What to tell of the map, beside it, the first last.
+    maps_due: Vec<MapReport>,
     supervisor: Supervisor,
     guard: GuardParams,
     /// Where the lidar sits on the body.
@@ -105,7 +105,7 @@ impl Node {
             estimate: Estimate::new(start_wb, file.kind.body.track_m),
             law: Law::new(file, &roster, epoch, now),
             links_due: None,
-            map_due: None,
+            maps_due: Vec::new(),
             peers: Peers::new(id, roster, peer_timeout),
             supervisor: Supervisor::new(guard),
             guard,
@@ -310,7 +310,7 @@ impl Node {
             let peers: Vec<LinkPeer> = self.peers.told(now).collect();
             self.links_due = Some(law.attend(now, &place, &peers));
         }
-        self.map_due = self.law.surveyor_mut().map(|law| law.report(now));
+        self.maps_due = self.law.surveyor_mut().map(|law| law.reports(now)).unwrap_or_default();
         Some(Beacon {
             robot: self.id,
             epoch: self.epoch,
@@ -332,9 +332,10 @@ impl Node {
         self.links_due.take()
     }
 
-    /// What to tell of the map beside the beacon that [`Node::poll_beacon`] has just given, if the behaviour makes one.
+    /// What to tell of the map beside the beacon that [`Node::poll_beacon`] has just given, one after the other, if the
+    /// behaviour makes one.
     pub fn poll_map(&mut self) -> Option<MapReport> {
-        self.map_due.take()
+        self.maps_due.pop()
     }
 
     /// The map that it makes, if its behaviour makes one.

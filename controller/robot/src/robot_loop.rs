@@ -334,7 +334,7 @@ impl RobotLoop {
             let bytes = links::encode_links(self.swarm, &report, self.beacon_seq);
             self.say(&bytes);
         }
-        if let Some(report) = self.node.poll_map() {
+        while let Some(report) = self.node.poll_map() {
             let bytes = map::encode_map(self.swarm, &report, self.beacon_seq);
             self.say(&bytes);
         }

@@ -64,6 +64,10 @@ impl Exchange {
         if report.lattice != self.lattice || from.robot == self.own.robot {
             return false;
         }
+        // Pieces are welcome in any order; what else an overtaken report says is old.
+        if let Some(chunk) = &report.chunk {
+            map.take(chunk);
+        }
         let held = self.peers.get(&from.robot).map(|peer| (peer.epoch, peer.seq));
         if held.is_none() && self.peers.len() >= self.peers_max || held >= Some((from.epoch, report.seq)) {
             return false;
@@ -79,9 +83,6 @@ impl Exchange {
             if peer.heads.contains_key(writer) || peer.heads.len() < super::WRITERS_MAX {
                 peer.heads.insert(*writer, *head);
             }
-        }
-        if let Some(chunk) = &report.chunk {
-            map.take(chunk);
         }
         true
     }

@@ -34,6 +34,9 @@ const SURE_OCCUPIED: i16 = 6;
 const FREE_STEPS: i16 = -4;
 const OCCUPIED_STEPS: i16 = 12;
 
+/// Pieces that are kept for those before them.
+const EARLY_MAX: usize = 16;
+
 /// A beam, as far as it is believed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
@@ -53,6 +56,8 @@ pub struct SharedMap {
     ledger: Ledger,
     writer: Writer,
     finders: Tiles<u32>,
+    /// Pieces that came before the ones before them.
+    early: Vec<MapChunk>,
     /// Cells that this scan has gone through.
     passed: Vec<usize>,
     hit: Vec<usize>,
@@ -73,6 +78,7 @@ impl SharedMap {
             ledger: Ledger::new(&lattice),
             writer,
             finders: Tiles::new(columns, rows),
+            early: Vec::new(),
             passed: Vec::new(),
             hit: Vec::new(),
             news: Vec::new(),
@@ -173,11 +179,31 @@ impl SharedMap {
         }
     }
 
-    /// Take in a piece of another's log; whether it was the next one.
+    /// Take in a piece of another's log; whether it was the next one. One that has overtaken another is kept until that
+    /// one comes.
     pub fn take(&mut self, chunk: &MapChunk) -> bool {
         if chunk.writer == self.writer {
             return false; // nobody knows better what it said
         }
+        if chunk.after > self.ledger.head(chunk.writer) {
+            let there = self.early.iter().any(|early| (early.writer, early.after) == (chunk.writer, chunk.after));
+            if !there && self.early.len() >= EARLY_MAX {
+                self.early.remove(0);
+            }
+            if !there {
+                self.early.push(chunk.clone());
+            }
+            return false;
+        }
+        let taken = self.join(chunk);
+        while let Some(at) = self.early.iter().position(|early| early.after <= self.ledger.head(early.writer)) {
+            let early = self.early.swap_remove(at);
+            self.join(&early);
+        }
+        taken
+    }
+
+    fn join(&mut self, chunk: &MapChunk) -> bool {
         let before = self.ledger.head(chunk.writer);
         for Change { cell, before, now } in self.ledger.take(chunk) {
             let others = self.others.get(cell) + steps_of(now) - steps_of(before);
@@ -284,6 +310,23 @@ mod tests {
             assert!(!one.take(&chunk));
         }
         assert_eq!((one.board(), one.news.len()), (&before, news));
+    }
+
+    #[test]
+    fn pieces_that_overtake_each_other_are_put_in_order() {
+        let (mut one, mut other) = (map(1), map(2));
+        (0..400).for_each(|cell| one.see(cell, cell % 3 == 0));
+        let mut pieces = Vec::new();
+        while let Some(piece) = one.ledger().chunk(one.writer(), pieces.last().map_or(0, |last: &MapChunk| last.upto)) {
+            pieces.push(piece);
+        }
+        assert!(pieces.len() > 3, "{}", pieces.len());
+        for pair in pieces.chunks(2) {
+            pair.iter().rev().for_each(|piece| {
+                other.take(piece);
+            });
+        }
+        assert_eq!(one.board(), other.board());
     }
 
     #[test]

@@ -60,9 +60,7 @@ impl Agent {
             if let Some(report) = &words.links {
                 self.node.handle_links(now, report);
             }
-            if let Some(report) = &words.map {
-                self.node.handle_map(now, report);
-            }
+            words.maps.iter().for_each(|report| self.node.handle_map(now, report));
         }
         let Self { node, device, fresh_scan, .. } = self;
         let Around { place, robot, lidar, state, .. } = around;
@@ -79,7 +77,11 @@ impl Agent {
             self.device.command(now, command.twist_b());
         }
         let beacon = self.node.poll_beacon(now)?;
-        Some(Words { beacon, links: self.node.poll_links().map(Box::new), map: self.node.poll_map().map(Box::new) })
+        Some(Words {
+            beacon,
+            links: self.node.poll_links().map(Box::new),
+            maps: std::iter::from_fn(|| self.node.poll_map()).collect(),
+        })
     }
 
     fn tick_due(&self, now: Stamp) -> bool {

@@ -19,7 +19,7 @@ pub(super) struct Words {
     /// Of its links, if its behaviour keeps any.
     pub(super) links: Option<Box<LinkReport>>,
     /// Of the map, if its behaviour makes one.
-    pub(super) map: Option<Box<MapReport>>,
+    pub(super) maps: Vec<MapReport>,
 }
 
 /// Beacons on their way, and those that have arrived since the last turn.
@@ -128,7 +128,7 @@ mod tests {
             progress: 0.0,
             leader: None,
         };
-        Words { beacon, links: None, map: None }
+        Words { beacon, links: None, maps: Vec::new() }
     }
 
     fn inbox() -> Inbox {

@@ -15,6 +15,9 @@ const STOOD: Duration = Duration::from_secs(4);
 /// Who was not heard for this long is out of reach or dead: nothing is left to it, and its body is in the way.
 const SILENT: Duration = Duration::from_secs(5);
 
+/// From this near one sees whether a robot is there, metres.
+const LOOK_M: f64 = 4.0;
+
 /// Another robot.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fellow {
@@ -32,10 +35,17 @@ impl Fellow {
         !self.stopped && now.since(self.heard) < SILENT
     }
 
-    /// Whether it stands in the way of whoever has to pass.
-    pub(super) fn stands(&self, now: Stamp) -> bool {
+    /// Whether it is surely where it was heard last, though it takes no part: one that is stopped for good is; one that is
+    /// silent may have gone on, and counts as there for who is near enough to see whether it is.
+    pub(super) fn lies(&self, now: Stamp, at_w: Vec2) -> bool {
+        self.stopped || (!self.takes_part(now) && (self.pos_w - at_w).norm() < LOOK_M)
+    }
+
+    /// Whether it stands in the way of whoever is at a place and has to pass.
+    pub(super) fn stands(&self, now: Stamp, at_w: Vec2) -> bool {
         let still = self.still_since.is_some_and(|since| now.since(since) >= STANDING);
-        still || self.stood_until.is_some_and(|until| now < until) || !self.takes_part(now)
+        let stood = still || self.stood_until.is_some_and(|until| now < until);
+        self.lies(now, at_w) || (stood && self.takes_part(now))
     }
 }
 
@@ -64,6 +74,15 @@ impl Fellows {
             };
             self.all.insert(peer.id, fellow);
         }
+    }
+
+    /// What can be seen through is not there: forget those that take no part and that a scan shows to be gone. `seen_m` is
+    /// how far one sees towards a place, metres; none where one does not.
+    pub(super) fn look_for(&mut self, now: Stamp, at_w: Vec2, seen_m: impl Fn(Vec2) -> Option<f64>) {
+        self.all.retain(|_, fellow| {
+            let behind_m = (fellow.pos_w - at_w).norm() + fellow.radius_m;
+            fellow.takes_part(now) || seen_m(fellow.pos_w).is_none_or(|seen_m| seen_m < behind_m)
+        });
     }
 
     pub(super) fn of(&self, robot: RobotId) -> Option<&Fellow> {

@@ -30,7 +30,8 @@ use crate::law::{Outcome, View, drive};
 use crate::map::{Board, Exchange, Field, Known, Lattice, Ray, SharedMap, Sight, Space};
 use crate::peers::Body;
 use drover_config::{Explore, Kind};
-use drover_contract::{Beam, MapReport, Pose, RobotId, Scan, Stamp, Twist, Vec2, Writer};
+use drover_contract::math::atan2;
+use drover_contract::{Beam, MapReport, Pose, RobotId, Scan, Stamp, Twist, Vec2, Writer, wrap};
 use nalgebra::{Isometry2, Point2};
 use std::time::Duration;
 
@@ -59,6 +60,8 @@ const STUCK_M: f64 = 0.3;
 const SHUN: Duration = Duration::from_secs(20);
 /// Whoever has arrived, or whose way is closed, decides no sooner after the last decision.
 const AGAIN: Duration = Duration::from_millis(300);
+/// Reports beside one beacon at most: some 8 kB/s a robot at 10 Hz.
+const REPORTS_MAX: usize = 4;
 /// Around what is left alone, cells.
 const SHUN_CELLS: i32 = 2;
 
@@ -86,6 +89,8 @@ pub(crate) struct Surveyor {
     scanned: Option<Stamp>,
     decisions: u32,
     goal: Option<usize>,
+    /// Where it would go if nobody stood in its way: told to the others, who may make room.
+    waits_for: Option<usize>,
     /// Cells that are still to be gone through, the next one last.
     way: Vec<usize>,
     makes_room_until: Option<Stamp>,
@@ -125,6 +130,7 @@ impl Surveyor {
             scanned: None,
             decisions: 0,
             goal: None,
+            waits_for: None,
             way: Vec::new(),
             makes_room_until: None,
             moved: (Vec2::zeros(), Stamp::ZERO),
@@ -148,10 +154,15 @@ impl Surveyor {
         self.exchange.hear(now, report, &mut self.map);
     }
 
-    /// What to tell of it.
-    pub(crate) fn report(&mut self, now: Stamp) -> MapReport {
-        let goal = self.goal.filter(|_| !self.done).and_then(|cell| u32::try_from(cell).ok());
-        self.exchange.report(now, &self.map, goal, self.done)
+    /// What to tell of it, the first last: one report, and more while somebody lacks something.
+    pub(crate) fn reports(&mut self, now: Stamp) -> Vec<MapReport> {
+        let goal = self.goal.or(self.waits_for).filter(|_| !self.done).and_then(|cell| u32::try_from(cell).ok());
+        let mut reports = vec![self.exchange.report(now, &self.map, goal, self.done)];
+        while reports.len() < REPORTS_MAX && reports.last().is_some_and(|report| report.chunk.is_some()) {
+            reports.push(self.exchange.report(now, &self.map, goal, self.done));
+        }
+        reports.reverse();
+        reports
     }
 
     /// Whether it has its certificate.
@@ -200,6 +211,8 @@ impl Surveyor {
         });
         self.map.observe(sensor_w.translation.vector, rays);
         self.learn();
+        let eye_w = sensor_w.translation.vector;
+        self.fellows.look_for(view.now, eye_w, |place_w| seen_m(scan, &sensor_w, place_w));
     }
 
     /// The body's space follows the map.
@@ -267,11 +280,10 @@ impl Surveyor {
 
     fn decide(&mut self, now: Stamp, at_w: Vec2, home: usize) {
         self.decisions += 1;
-        let bodies = |fellow: &Fellow| !fellow.takes_part(now);
-        let open = self.closed_by(now, at_w, bodies);
-        let around = self.closed_by(now, at_w, |fellow| fellow.stands(now));
+        let open = self.closed_by(now, at_w, |fellow| fellow.lies(now, at_w));
+        let around = self.closed_by(now, at_w, |fellow| fellow.stands(now, at_w));
         if self.makes_room_until.is_some_and(|until| now < until) {
-            return self.done = false;
+            return;
         }
         self.makes_room_until = None;
         let kept = self.goal.filter(|goal| self.is_worth_going_to(&around, home, *goal));
@@ -281,10 +293,11 @@ impl Surveyor {
         }
         self.explorer.forget();
         let blocked = self.choose(now, home, &open);
+        self.waits_for = blocked;
         self.goal = None;
         self.way.clear();
         self.done = blocked.is_none() && self.shunned.is_empty() && self.exchange.is_level(now, &self.map);
-        let aside = if blocked.is_some() { self.room_for_others(now, home, &around) } else { None };
+        let aside = self.room_for_others(now, home, &around);
         if let Some(place) = aside {
             self.makes_room_until = Some(now + ROOM);
             self.go(&around, home, place);
@@ -379,15 +392,18 @@ impl Surveyor {
         field.reached().iter().copied().find(|cell| board.at(*cell) == Known::Free && wanted(*cell))
     }
 
-    /// Nothing to do but beyond somebody who stands in the way. Whoever has the lower id waits; for the other one, where to
-    /// go aside.
+    /// It has nothing to do here: where to go aside for somebody who stands close by and may have to pass. Of two that wait
+    /// for each other, the one with the lower id stays; whoever is done makes room for whoever is not.
     fn room_for_others(&self, now: Stamp, home: usize, around: &Board) -> Option<usize> {
         let lattice = self.map.lattice();
         let at_w = lattice.centre_w(home);
-        let standing = self.fellows.all().filter(|(_, fellow)| fellow.takes_part(now) && fellow.stands(now));
         let gap_m = |fellow: &Fellow| (fellow.pos_w - at_w).norm();
-        let nearest = standing.min_by(|(_, a), (_, b)| gap_m(a).total_cmp(&gap_m(b)));
-        let (_, fellow) = nearest.filter(|(id, fellow)| *id < self.own && gap_m(fellow) < ROOM_M)?;
+        let waits = |(id, fellow): &(RobotId, &Fellow)| {
+            let wants = !self.exchange.is_done(*id) && self.exchange.goal_of(*id, now).is_some();
+            let yields = if self.done { wants } else { *id < self.own };
+            yields && fellow.takes_part(now) && fellow.stands(now, at_w) && gap_m(fellow) < ROOM_M
+        };
+        let (_, fellow) = self.fellows.all().filter(waits).min_by(|(_, a), (_, b)| gap_m(a).total_cmp(&gap_m(b)))?;
         let other_w = fellow.pos_w;
         let mut field = Field::default();
         field.spread(around, home, self.explorer.unknowns());
@@ -470,6 +486,19 @@ fn ray(
         return Some(Ray { end_w: at((range_m - 2.0 * BODY_SLACK_M).max(0.0)), hit: false });
     }
     Some(Ray { end_w, hit })
+}
+
+/// How far the beam that points to a place goes, metres; none if it has no reading.
+fn seen_m(scan: &Scan, sensor_w: &Isometry2<f64>, place_w: Vec2) -> Option<f64> {
+    let place = sensor_w.inverse_transform_point(&Point2::from(place_w));
+    let off_rad = wrap(atan2(place.y, place.x) - scan.angle_first_rad) / scan.angle_step_rad;
+    let turn = (std::f64::consts::TAU / scan.angle_step_rad.abs()).round();
+    let index = off_rad.round().rem_euclid(turn.max(1.0)) as usize;
+    match scan.beams.get(index)? {
+        Beam::Hit(range_m) => Some(*range_m),
+        Beam::Clear => Some(scan.range_m_max),
+        Beam::Unknown => None,
+    }
 }
 
 /// Whether a return may be on one of the bodies.
