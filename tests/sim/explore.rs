@@ -40,7 +40,7 @@ fn robots_that_lose_a_third_of_all_messages_map_a_warehouse() {
 
 #[test]
 fn robots_that_hear_each_other_from_near_alone_map_all_of_it_each() {
-    let near = ["seed=2", "radio.range_m=6", "duration_s=900"];
+    let near = ["seed=12", "radio.range_m=10"];
     let run = run(&scene("office", &near), Fidelity::Direct);
     is_mapped(&run);
 }

@@ -15,6 +15,8 @@ const STOOD: Duration = Duration::from_secs(4);
 /// Who was not heard for this long is out of reach or dead: nothing is left to it, and its body is in the way.
 const SILENT: Duration = Duration::from_secs(5);
 
+/// A robot this near is in the way even if it moves, metres.
+const NEAR_M: f64 = 2.2;
 /// From this near one sees whether a robot is there, metres.
 const LOOK_M: f64 = 4.0;
 
@@ -41,10 +43,12 @@ impl Fellow {
         self.stopped || (!self.takes_part(now) && (self.pos_w - at_w).norm() < LOOK_M)
     }
 
-    /// Whether it stands in the way of whoever is at a place and has to pass.
+    /// Whether it is in the way of whoever is at a place and has to pass: it stands, or is so near that a way through it
+    /// would end in front of it.
     pub(super) fn stands(&self, now: Stamp, at_w: Vec2) -> bool {
         let still = self.still_since.is_some_and(|since| now.since(since) >= STANDING);
-        let stood = still || self.stood_until.is_some_and(|until| now < until);
+        let near = (self.pos_w - at_w).norm() < NEAR_M;
+        let stood = still || near || self.stood_until.is_some_and(|until| now < until);
         self.lies(now, at_w) || (stood && self.takes_part(now))
     }
 }
