@@ -60,3 +60,20 @@ fn twelve_robots_deploy_on_real_vcan_and_stay_connected() {
     let gaps_m = ["min_gap_robot_m", "min_gap_wall_m"].map(|gap| number(&summary, gap));
     assert!(gaps_m.iter().all(|gap_m| *gap_m > 0.0), "{summary:#}");
 }
+
+#[test]
+fn rovers_and_scouts_begin_to_map_an_office_on_real_vcan() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let output = up_swarm("explore_scouts_office", folder.path(), &["--duration", "40", "--seed", "1", "--json"]);
+    let summary = json(&output);
+    println!("time {} s, gap {} m, world rate {}", summary["time_s"], summary["min_gap_robot_m"], summary["world_rate"]);
+    assert_eq!(summary["can"], "vcan", "{summary:#}");
+    assert_eq!(summary["stopped"], true, "{summary:#}");
+    let gaps_m = ["min_gap_robot_m", "min_gap_wall_m"].map(|gap| number(&summary, gap));
+    assert!(gaps_m.iter().all(|gap_m| *gap_m > 0.0), "{summary:#}");
+    // What a Scout knows by then, in the files that Nav2 reads: some of the 384 m2, of its own and of the others'.
+    let run = Path::new(summary["recording"].as_str().expect("a file")).parent().expect("its folder").to_owned();
+    let image = std::fs::read(run.join("robot-3-map.pgm")).expect("a map");
+    let free = image.iter().filter(|pixel| **pixel == 254).count();
+    assert!(run.join("robot-3-map.yaml").exists() && free > 1_500, "{free} free cells: {summary:#}");
+}
