@@ -66,7 +66,10 @@ fn rovers_and_scouts_begin_to_map_an_office_on_real_vcan() {
     let folder = tempfile::tempdir().expect("a folder");
     let output = up_swarm("explore_scouts_office", folder.path(), &["--duration", "40", "--seed", "1", "--json"]);
     let summary = json(&output);
-    println!("time {} s, gap {} m, world rate {}", summary["time_s"], summary["min_gap_robot_m"], summary["world_rate"]);
+    println!(
+        "time {} s, gap {} m, world rate {}",
+        summary["time_s"], summary["min_gap_robot_m"], summary["world_rate"]
+    );
     assert_eq!(summary["can"], "vcan", "{summary:#}");
     assert_eq!(summary["stopped"], true, "{summary:#}");
     let gaps_m = ["min_gap_robot_m", "min_gap_wall_m"].map(|gap| number(&summary, gap));

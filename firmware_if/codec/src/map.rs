@@ -1,8 +1,8 @@
 //! DROVER_MAP of our own dialect: what [`drover_contract::MapReport`] says, framed as a beacon is.
 //!
-//! 190 bytes of state (202 on the wire at most) and 64 more for a signature that is not made yet. Zeros at the end are not
-//! sent, so a report without a piece of a log is no longer than what it tells. A cell goes as its number plus one, so
-//! that 0 is none; a writer whose robot is 0 is an empty place.
+//! 190 bytes of state (202 on the wire at most) and 64 more for a signature that is not made yet. Zeros at the end
+//! are not sent, so a report without a piece of a log is no longer than what it tells. A cell goes as its number plus
+//! one, so that 0 is none; a writer whose robot is 0 is an empty place.
 
 use crate::beacon::{DecodeError, Message, emitter, system_window};
 use crate::mavlink::raw::Raw;

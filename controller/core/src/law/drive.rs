@@ -11,8 +11,8 @@ const TURN_GAIN: f64 = 2.0;
 /// The farther off the heading, the slower, but no slower than this share.
 const SPEED_SHARE_MIN: f64 = 0.2;
 
-/// The twist (body frame) that goes along `way_w` (world frame, of any length but none) at `speed_mps`: turn on the spot
-/// while it lies far off the heading, else an arc.
+/// The twist (body frame) that goes along `way_w` (world frame, of any length but none) at `speed_mps`: turn on the
+/// spot while it lies far off the heading, else an arc.
 pub(super) fn along(view: &View<'_>, way_w: Vec2, speed_mps: f64) -> Twist {
     let off_rad = wrap(atan2(way_w.y, way_w.x) - view.motion.pose_wb.yaw_rad);
     let turn_max = view.limits.yaw_rate_radps_max;

@@ -361,7 +361,9 @@ mod tests {
                 let of = writer(of as u32 + 1);
                 // The head that was heard last may be an old one.
                 let heard = all[to].head(of).saturating_sub(late);
-                if let Some(chunk) = all[from].chunk(of, heard).filter(|_| from != to && of.robot.0 as usize != to + 1) {
+                // Nobody takes its own words from another.
+                let taker = from != to && of.robot.0 as usize != to + 1;
+                if let Some(chunk) = all[from].chunk(of, heard).filter(|_| taker) {
                     all[to].take(&chunk);
                 }
             }

@@ -1,17 +1,18 @@
 //! The map that a team makes together, as one robot has it: its own evidence, and what others said.
 //!
 //! **Evidence** is log odds in whole steps of 0.2 nat, so that sums are exact. A return in a cell is four steps for
-//! occupied, a beam through it one step for free. Occupied wins: a cell that a wall's face runs through is mostly free,
-//! and every beam that grazes the face goes through it, so there are many more beams than returns. Therefore evidence for
-//! free ends sooner than that for occupied (p = 0.23 and 0.98), and a beam does not count against an occupied cell in a
-//! scan that has a return beside it. What the own evidence has become sure of goes into the own log ([`Ledger`]); a word
-//! in another's log counts [`FREE_STEPS`] or [`OCCUPIED_STEPS`]. The sum is independent of the order in which words arrive and of how often, since every writer has one word a cell. Increments of
-//! evidence are sent, never sums: fused sums that are fused again would count the first evidence twice (Wu 2008, eq. 1
-//! to 3, needs independent evidence; two rounds of exchanged posteriors turn .70 into .999999).
+//! occupied, a beam through it one step for free. Occupied wins: a cell that a wall's face runs through is mostly
+//! free, and every beam that grazes the face goes through it, so there are many more beams than returns. Therefore
+//! evidence for free ends sooner than that for occupied (p = 0.23 and 0.98), and a beam does not count against an
+//! occupied cell in a scan that has a return beside it. What the own evidence has become sure of goes into the own
+//! log ([`Ledger`]); a word in another's log counts [`FREE_STEPS`] or [`OCCUPIED_STEPS`]. The sum is independent of
+//! the order in which words arrive and of how often, since every writer has one word a cell. Increments of evidence
+//! are sent, never sums: fused sums that are fused again would count the first evidence twice (Wu 2008, eq. 1 to 3,
+//! needs independent evidence; two rounds of exchanged posteriors turn .70 into .999999).
 //!
 //! **What is known** follows the sum with a hysteresis: a cell is free or occupied from [`SURE_FREE`] or
-//! [`SURE_OCCUPIED`] on, and stays so until the sum is as sure of the opposite. So two robots that contradict each other do not make a known cell unknown
-//! again, which nobody could ever finish with.
+//! [`SURE_OCCUPIED`] on, and stays so until the sum is as sure of the opposite. So two robots that contradict each
+//! other do not make a known cell unknown again, which nobody could ever finish with.
 //!
 //! **Sparing**: a word that the others' words already say is not written down.
 //!

@@ -1,8 +1,8 @@
 //! Where a round body may be: the map with everything occupied grown by the body's radius and what it keeps.
 //!
-//! A cell too near to something occupied counts as occupied, whatever is known of it: a body cannot go there, so it need
-//! not be looked at either. What is left unknown is what a body could enter, and a frontier cell is one that a body can
-//! stand on and go on from. Kept cell by cell as the map changes.
+//! A cell too near to something occupied counts as occupied, whatever is known of it: a body cannot go there, so it
+//! need not be looked at either. What is left unknown is what a body could enter, and a frontier cell is one that a
+//! body can stand on and go on from. Kept cell by cell as the map changes.
 
 use super::{Board, Known, Lattice};
 
@@ -50,8 +50,8 @@ impl Counts {
 }
 
 impl Space {
-    /// Nothing is known. The body's centre is to keep `keep_m` from the middle of every occupied cell, and likes to keep
-    /// `calm_m`.
+    /// Nothing is known. The body's centre is to keep `keep_m` from the middle of every occupied cell, and likes to
+    /// keep `calm_m`.
     #[must_use]
     pub fn new(lattice: &Lattice, keep_m: f64, calm_m: f64) -> Self {
         Self {

@@ -1,12 +1,12 @@
 //! Robots on cells that do not share one map: each has its own, and hears of the others' over the modelled radio.
 //!
 //! Two exchanges: *gossip*, what real robots do (`drover_core::map::Exchange`), and the paper's *observation points*:
-//! every `global_steps` steps one tells the places from which one has looked, and one's candidates. Who hears of a place
-//! takes the square around it for seen, though walls hid some of it from whoever looked, and walks into what it was not
-//! told of. That is how the paper spares the map; what it costs is measured.
+//! every `global_steps` steps one tells the places from which one has looked, and one's candidates. Who hears of a
+//! place takes the square around it for seen, though walls hid some of it from whoever looked, and walks into what it
+//! was not told of. That is how the paper spares the map; what it costs is measured.
 //!
-//! Where the others start is in everybody's file. Of one that is not heard the last known place counts: its surroundings
-//! are its part until one knows better, which divides the place without a word.
+//! Where the others start is in everybody's file. Of one that is not heard the last known place counts: its
+//! surroundings are its part until one knows better, which divides the place without a word.
 
 use drover_config::{Explore, MapExchange, Swarm};
 use drover_contract::{MapReport, RobotId, Stamp, Vec2, Writer};
@@ -144,7 +144,8 @@ impl Apart {
         })
     }
 
-    /// The same with what is unknown in others' parts occupied: for who sees to its own first. None by observation points.
+    /// The same with what is unknown in others' parts occupied: for who sees to its own first. None by observation
+    /// points.
     pub(super) fn own_part(&self, own: usize) -> Option<Board> {
         if self.kind == MapExchange::Points || self.members[own].part_done {
             return None;
@@ -167,7 +168,8 @@ impl Apart {
         &self.members[own].finders
     }
 
-    /// Where it believes everybody to be at a step; itself it knows. Who went somewhere and was not heard since is there.
+    /// Where it believes everybody to be at a step; itself it knows. Who went somewhere and was not heard since is
+    /// there.
     pub(super) fn mates(&self, own: usize, itself: Mate, step: u32) -> Vec<Option<Mate>> {
         let Member { mates, heard, .. } = &self.members[own];
         let believed = |(rank, mate): (usize, &Mate)| match mate.target {
@@ -178,8 +180,8 @@ impl Apart {
         mates.iter().enumerate().map(|pair| Some(believed(pair))).collect()
     }
 
-    /// Where a robot goes for a meeting, and its first step; none if it goes on with its work. By observation points there
-    /// are none: the paper has none.
+    /// Where a robot goes for a meeting, and its first step; none if it goes on with its work. By observation points
+    /// there are none: the paper has none.
     pub(super) fn called(&mut self, own: usize, at: usize, step: u32, idle: bool) -> Option<(usize, Option<usize>)> {
         if self.kind == MapExchange::Points {
             return None;
@@ -350,8 +352,8 @@ impl Member {
         map.take_news(|_, cell| finders[cell] = from as u16);
     }
 
-    /// The squares around places that another looked from count as seen, and as free where nothing else is known. How many
-    /// of the places are new.
+    /// The squares around places that another looked from count as seen, and as free where nothing else is known. How
+    /// many of the places are new.
     fn presume(&mut self, from: usize, points: &[usize], reach: i32) -> u64 {
         let fresh = &points[self.heard_points[from].min(points.len())..];
         for point in fresh {

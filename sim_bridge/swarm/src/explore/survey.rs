@@ -1,5 +1,5 @@
-//! What an exploration by bodies is measured by, from outside: what of the place is in some robot's map, second by second,
-//! and whether the maps are true.
+//! What an exploration by bodies is measured by, from outside: what of the place is in some robot's map, second by
+//! second, and whether the maps are true.
 
 use crate::trial::Trial;
 use drover_config::{Kind, Swarm};
@@ -14,7 +14,8 @@ const SHARES: [f64; 4] = [0.90, 0.95, 0.96, 0.99];
 /// One run of an exploration by bodies.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SurveyFigures {
-    /// Steps of a second until 90 % of the cells in which a body can be were known to somebody; none if they never were.
+    /// Steps of a second until 90 % of the cells in which a body can be were known to somebody; none if they never
+    /// were.
     pub steps_90: Option<u32>,
     /// The same for 95 %.
     pub steps_95: Option<u32>,
@@ -128,8 +129,8 @@ impl Surveying {
     }
 }
 
-/// The cells of the lattice whose middles are farther than `keep_m` from every wall, and that can be got to from a place
-/// over such cells; sorted.
+/// The cells of the lattice whose middles are farther than `keep_m` from every wall, and that can be got to from a
+/// place over such cells; sorted.
 fn reach(lattice: &Lattice, walls: &Walls, start_w: Vec2, keep_m: f64) -> Vec<usize> {
     let mut board = Board::new(lattice.columns(), lattice.rows());
     for cell in 0..board.count() {

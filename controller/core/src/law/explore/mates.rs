@@ -37,14 +37,14 @@ impl Fellow {
         !self.stopped && now.since(self.heard) < SILENT
     }
 
-    /// Whether it is surely where it was heard last, though it takes no part: one that is stopped for good is; one that is
-    /// silent may have gone on, and counts as there for who is near enough to see whether it is.
+    /// Whether it is surely where it was heard last, though it takes no part: one that is stopped for good is; one
+    /// that is silent may have gone on, and counts as there for who is near enough to see whether it is.
     pub(super) fn lies(&self, now: Stamp, at_w: Vec2) -> bool {
         self.stopped || (!self.takes_part(now) && (self.pos_w - at_w).norm() < LOOK_M)
     }
 
-    /// Whether it is in the way of whoever is at a place and has to pass: it stands, or is so near that a way through it
-    /// would end in front of it.
+    /// Whether it is in the way of whoever is at a place and has to pass: it stands, or is so near that a way through
+    /// it would end in front of it.
     pub(super) fn stands(&self, now: Stamp, at_w: Vec2) -> bool {
         let still = self.still_since.is_some_and(|since| now.since(since) >= STANDING);
         let near = (self.pos_w - at_w).norm() < NEAR_M;
@@ -80,8 +80,8 @@ impl Fellows {
         }
     }
 
-    /// What can be seen through is not there: forget those that take no part and that a scan shows to be gone. `seen_m` is
-    /// how far one sees towards a place, metres; none where one does not.
+    /// What can be seen through is not there: forget those that take no part and that a scan shows to be gone.
+    /// `seen_m` is how far one sees towards a place, metres; none where one does not.
     pub(super) fn look_for(&mut self, now: Stamp, at_w: Vec2, seen_m: impl Fn(Vec2) -> Option<f64>) {
         self.all.retain(|_, fellow| {
             let behind_m = (fellow.pos_w - at_w).norm() + fellow.radius_m;

@@ -1,17 +1,18 @@
 //! Meetings of robots that hear each other only from near: where and when is agreed before anybody starts.
 //!
-//! **Why**: over a radio of ten cells robots that part do not hear of each other again, and each maps the whole place.
-//! Whoever divides it beforehand still has to hear at last that the others are done. So all come to one place, first when
-//! they can have seen about all of it together, then ever again, tell each other everything, and go on with what is left.
+//! **Why**: over a radio of ten cells robots that part do not hear of each other again, and each maps the whole
+//! place. Whoever divides it beforehand still has to hear at last that the others are done. So all come to one place,
+//! first when they can have seen about all of it together, then ever again, tell each other everything, and go on
+//! with what is left.
 //!
 //! **In**: the step, where one is, the map, who is heard. **Out**: the cell to go to, if it is time.
 //!
 //! - *Place*: the start in the middle of all starts: somebody stood there, so it can be got to, if not by a known way.
-//! - *Times*: the first after `cells / (n w)` steps, with sensors `w` cells wide: what `n` robots need for straight lanes
-//!   without a step for nothing. From then on as all who met agree ([`Meetings::agree`]).
-//! - *Leaving for it* as late as the way allows. Who knows no way there does not come: looking for one would be exploring,
-//!   which it does anyway. *Leaving it* as soon as all are heard and nobody has anything that another lacks, or after
-//!   [`PATIENCE`] steps: the dead do not come.
+//! - *Times*: the first after `cells / (n w)` steps, with sensors `w` cells wide: what `n` robots need for straight
+//!   lanes without a step for nothing. From then on as all who met agree ([`Meetings::agree`]).
+//! - *Leaving for it* as late as the way allows. Who knows no way there does not come: looking for one would be
+//!   exploring, which it does anyway. *Leaving it* as soon as all are heard and nobody has anything that another
+//!   lacks, or after [`PATIENCE`] steps: the dead do not come.
 //! - Who knows of nothing left comes at once, and waits there with what it knows.
 //!
 //! **Cost**: a wave over the cells in the steps before a meeting.

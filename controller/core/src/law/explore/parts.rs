@@ -1,10 +1,12 @@
-//! Parts of a place for robots that cannot talk while they work: everybody works them out for itself, from what all know.
+//! Parts of a place for robots that cannot talk while they work: everybody works them out for itself, from what all
+//! know.
 //!
-//! **In**: cells that are to be shared out (all of a place that nobody knows, or what is left of it), and a seed a robot.
-//! **Out**: whose every cell is. **Idea**: a power diagram, a Voronoi diagram whose seeds have weights; weights are raised
-//! where the share is too small and lowered where it is too large, until all have about the same (F. Aurenhammer, F.
-//! Hoffmann, B. Aronov, "Minkowski-type theorems and least-squares clustering", Algorithmica 20, 1998). The same input gives
-//! the same parts to everybody.
+//! **In**: cells that are to be shared out (all of a place that nobody knows, or what is left of it), and a seed a
+//! robot.
+//! **Out**: whose every cell is. **Idea**: a power diagram, a Voronoi diagram whose seeds have weights; weights are
+//! raised where the share is too small and lowered where it is too large, until all have about the same (F.
+//! Aurenhammer, F. Hoffmann, B. Aronov, "Minkowski-type theorems and least-squares clustering", Algorithmica 20,
+//! 1998). The same input gives the same parts to everybody.
 //!
 //! **Cost**: rounds times cells times robots; now and then, not at every step.
 

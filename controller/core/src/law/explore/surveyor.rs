@@ -1,23 +1,24 @@
 //! Exploration by a real robot: a body of some size with a lidar, among others, over a radio that loses things.
 //!
-//! **In**: own pose (world) and twist (body); the scan, with the sensor's place on the body; where peers' bodies are; their
-//! beacons and map reports. **Out**: a twist (body frame, m/s and rad/s), and a map report beside every beacon.
+//! **In**: own pose (world) and twist (body); the scan, with the sensor's place on the body; where peers' bodies are;
+//! their beacons and map reports. **Out**: a twist (body frame, m/s and rad/s), and a map report beside every beacon.
 //!
 //! **Map**: beams go into the evidence ([`SharedMap`]), each as far as it is no wider than two cells; hits on peers'
 //! bodies are no walls (invariant 6). Around what is occupied the body has no room ([`Space`]).
 //!
-//! **Where to**: the same methods as for points on cells ([`super::Explorer`]), on the space of the body, seen through the
-//! map without it; every `decide_s`, on arrival, or when the way is closed. **How**: A* on the space ([`super::way`]), again
-//! whenever the map has closed the way; then straight for the farthest point of the way that can be seen through the
-//! space, and the supervisor's guard has the last word.
+//! **Where to**: the same methods as for points on cells ([`super::Explorer`]), on the space of the body, seen
+//! through the map without it; every `decide_s`, on arrival, or when the way is closed. **How**: A* on the space
+//! ([`super::way`]), again whenever the map has closed the way; then straight for the farthest point of the way that
+//! can be seen through the space, and the supervisor's guard has the last word.
 //!
 //! **Together**: words about the map and everybody's goal (a lease) go round by gossip ([`Exchange`]). Who is silent or
 //! stopped has no part any more: what it was going for is open to all, and its body is an obstacle for as long as it is
 //! there. One that stands is gone around; if there is no other way and nothing else to do, the one with the higher id
 //! makes room.
 //!
-//! **End**: a certificate. Nothing that the body can reach over free cells borders on anything it could enter and does
-//! not know, in the map of all that it hears, of whom nobody has anything it has not. News that opens something ends it.
+//! **End**: a certificate. Nothing that the body can reach over free cells borders on anything it could enter and
+//! does not know, in the map of all that it hears, of whom nobody has anything it has not. News that opens something
+//! ends it.
 //!
 //! **Cost**: a decision every `decide_s`, see the method; a scan's beams; between them, the points of the way.
 //!
@@ -35,7 +36,8 @@ use drover_contract::{Beam, MapReport, Pose, RobotId, Scan, Stamp, Twist, Vec2, 
 use nalgebra::{Isometry2, Point2};
 use std::time::Duration;
 
-/// A hit this much nearer to a peer's middle than its radius, or nearer still, is that peer, metres, beside both bounds.
+/// A hit this much nearer to a peer's middle than its radius, or nearer still, is that peer, metres, beside both
+/// bounds.
 const BODY_SLACK_M: f64 = 0.2;
 /// Bounds beyond this are not believed: a lost peer must not swallow every wall, metres.
 const BOUND_M_MAX: f64 = 0.4;
@@ -308,8 +310,8 @@ impl Surveyor {
         }
     }
 
-    /// Whether a goal is still ahead, with something unknown to be seen from it and nobody on it. A body turns slowly: one
-    /// that changed its mind for a little more gain would turn to and fro between what is left.
+    /// Whether a goal is still ahead, with something unknown to be seen from it and nobody on it. A body turns
+    /// slowly: one that changed its mind for a little more gain would turn to and fro between what is left.
     fn is_worth_going_to(&self, board: &Board, home: usize, goal: usize) -> bool {
         if self.way.is_empty() || goal == home || board.at(goal) == Known::Occupied {
             return false;
@@ -392,8 +394,8 @@ impl Surveyor {
         field.reached().iter().copied().find(|cell| board.at(*cell) == Known::Free && wanted(*cell))
     }
 
-    /// It has nothing to do here: where to go aside for somebody who stands close by and may have to pass. Of two that wait
-    /// for each other, the one with the lower id stays; whoever is done makes room for whoever is not.
+    /// It has nothing to do here: where to go aside for somebody who stands close by and may have to pass. Of two
+    /// that wait for each other, the one with the lower id stays; whoever is done makes room for whoever is not.
     fn room_for_others(&self, now: Stamp, home: usize, around: &Board) -> Option<usize> {
         let lattice = self.map.lattice();
         let at_w = lattice.centre_w(home);
@@ -435,8 +437,9 @@ impl Surveyor {
         drive::along(view, way_w, self.speed_mps.min(stop_mps))
     }
 
-    /// Whether the straight way to a point keeps away from walls; the cell that the body is in does not count. Near walls
-    /// it follows its way cell by cell, which leads through the middle of a door, where a straight one would cut the corner.
+    /// Whether the straight way to a point keeps away from walls; the cell that the body is in does not count. Near
+    /// walls it follows its way cell by cell, which leads through the middle of a door, where a straight one would
+    /// cut the corner.
     fn is_open_between(&self, from_w: Vec2, to_w: Vec2) -> bool {
         let lattice = self.map.lattice();
         let own = lattice.cell_near(from_w);

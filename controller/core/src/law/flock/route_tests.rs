@@ -15,6 +15,8 @@ fn step(route: &mut Route, pose_wb: Pose) -> Twist {
         walls_b: &[],
         points_b: &[],
         unseen_b: &[],
+        scan: None,
+        bodies: &[],
         limits: &limits,
     };
     route.pursue(0.8, &view)

@@ -35,7 +35,18 @@ fn peer(id: u32, pose_wb: Pose, speed_mps: f64) -> Neighbour {
 
 fn view<'a>(neighbours: &'a [Neighbour], twist_b: Twist, limits: &'a Limits) -> View<'a> {
     let motion = Motion { pose_wb: Pose::default(), twist_b, accel_mps2: 0.0, pos_bound_m: 0.0 };
-    View { now: Stamp::ZERO, dt_s: TICK_S, motion, neighbours, walls_b: &[], points_b: &[], unseen_b: &[], limits }
+    View {
+        now: Stamp::ZERO,
+        dt_s: TICK_S,
+        motion,
+        neighbours,
+        walls_b: &[],
+        points_b: &[],
+        unseen_b: &[],
+        scan: None,
+        bodies: &[],
+        limits,
+    }
 }
 
 /// What a literal follower asks for that asked for `before` in the tick before.

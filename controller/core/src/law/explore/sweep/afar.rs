@@ -2,10 +2,10 @@
 //!
 //! **In**: the map, everybody's cell and target. **Out**: the frontier cell to go to, and what going there brings.
 //!
-//! **Idea**: each unknown cell belongs to the frontier cell from which the fewest steps lead to it, and frontier cells
-//! to square tiles of the map. A tile with `m` cells that is `d` steps away brings `m / (d + m / r)` cells a step if `r`
-//! are seen in a step once one is there: a large one is worth a journey, a small one only a few steps. So nobody
-//! follows another for the crumbs beside it while half of the place lies elsewhere.
+//! **Idea**: each unknown cell belongs to the frontier cell from which the fewest steps lead to it, and frontier
+//! cells to square tiles of the map. A tile with `m` cells that is `d` steps away brings `m / (d + m / r)` cells a
+//! step if `r` are seen in a step once one is there: a large one is worth a journey, a small one only a few steps. So
+//! nobody follows another for the crumbs beside it while half of the place lies elsewhere.
 //!
 //! - *Others are there before*: what the nearest other sees until one arrives is not left; of the rest half.
 //! - *Others go there*: a tile with the target of another counts half.
