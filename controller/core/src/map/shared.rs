@@ -277,7 +277,7 @@ mod tests {
         let mut map = map(1);
         let from_w = Vec2::new(1.1, 5.1);
         map.observe(from_w, [ray(6.2, 5.1, true)].into_iter());
-        assert_eq!((at(&map, 6.2, 5.1), at(&map, 3.0, 5.1)), (Known::Occupied, Known::Unknown));
+        assert_eq!((at(&map, 6.2, 5.1), at(&map, 3.0, 5.1)), (Known::Unknown, Known::Unknown));
         map.observe(from_w, [ray(6.2, 5.1, true)].into_iter());
         assert_eq!((at(&map, 6.2, 5.1), at(&map, 3.0, 5.1)), (Known::Occupied, Known::Free));
         assert_eq!(at(&map, 7.0, 5.1), Known::Unknown, "behind the wall");
@@ -340,7 +340,7 @@ mod tests {
         assert_eq!((one.board().at(45), other.board().at(45)), (Known::Occupied, Known::Occupied), "occupied wins");
         let mut third = map(3);
         tell(&one, &mut third);
-        third.see(45, false);
-        assert_eq!(third.ledger().head(third.writer()), 0);
+        third.see(45, true);
+        assert_eq!(third.ledger().head(third.writer()), 0, "they say so already");
     }
 }
