@@ -97,3 +97,52 @@ impl Fellows {
         self.all.iter().map(|(id, fellow)| (*id, fellow))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use drover_contract::{Pose, Twist};
+
+    fn heard(x_m: f64, speed_mps: f64) -> Neighbour {
+        Neighbour {
+            id: RobotId(2),
+            pose_wb: Pose::new(x_m, 0.0, 0.0),
+            twist_b: Twist::new(speed_mps, 0.0),
+            accel_mps2: 0.0,
+            state: BehaviourState::Active,
+            leader: None,
+            radius_m: 0.3,
+        }
+    }
+
+    #[test]
+    fn who_stands_for_long_is_gone_around_and_who_is_near_at_once() {
+        let mut fellows = Fellows::default();
+        fellows.see(Stamp::ZERO, &[heard(5.0, 0.0)]);
+        let stands = |fellows: &Fellows, ms: u64, x_m: f64| {
+            fellows.of(RobotId(2)).is_some_and(|fellow| fellow.stands(Stamp::from_millis(ms), Vec2::new(x_m, 0.0)))
+        };
+        assert!(!stands(&fellows, 1_000, 0.0) && stands(&fellows, 1_000, 3.5));
+        fellows.see(Stamp::from_millis(1_600), &[heard(5.0, 0.0)]);
+        assert!(stands(&fellows, 1_600, 0.0));
+        fellows.see(Stamp::from_millis(1_700), &[heard(5.0, 0.5)]);
+        assert!(stands(&fellows, 3_000, 0.0), "it has only just begun to move");
+        fellows.see(Stamp::from_millis(6_000), &[heard(5.0, 0.5)]);
+        assert!(!stands(&fellows, 6_000, 0.0));
+    }
+
+    #[test]
+    fn a_silent_one_counts_for_who_is_near_until_it_is_seen_to_be_gone() {
+        let mut fellows = Fellows::default();
+        fellows.see(Stamp::ZERO, &[heard(5.0, 0.5)]);
+        let late = Stamp::from_millis(9_000);
+        let lies = |fellows: &Fellows, x_m: f64| {
+            fellows.of(RobotId(2)).is_some_and(|fellow| fellow.lies(late, Vec2::new(x_m, 0.0)))
+        };
+        assert!(!lies(&fellows, 0.0) && lies(&fellows, 2.0));
+        fellows.look_for(late, Vec2::new(2.0, 0.0), |_| Some(2.8));
+        assert!(lies(&fellows, 2.0), "the beam ends on it");
+        fellows.look_for(late, Vec2::new(2.0, 0.0), |_| Some(4.0));
+        assert!(fellows.of(RobotId(2)).is_none(), "the beam goes through it");
+    }
+}

@@ -521,3 +521,56 @@ fn hash_of(lattice: &Lattice) -> u32 {
     let bytes = words.iter().flatten();
     bytes.fold(0x811C_9DC5, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scan(beams: Vec<Beam>) -> Scan {
+        let angle_step_rad = std::f64::consts::TAU / beams.len() as f64;
+        Scan { stamp: Stamp::ZERO, angle_first_rad: 0.0, angle_step_rad, range_m_min: 0.1, range_m_max: 12.0, beams }
+    }
+
+    #[test]
+    fn a_beam_is_believed_as_far_as_it_is_no_wider_than_two_cells() {
+        let scan = scan(vec![Beam::Hit(3.0); 72]);
+        let believed_m = believed_m(&scan, 0.2);
+        assert!((4.5..4.7).contains(&believed_m), "{believed_m}");
+        let sensor_w = Pose::new(1.0, 2.0, std::f64::consts::FRAC_PI_2).isometry();
+        let near = ray(&scan, 0, (&sensor_w, believed_m), |_| false).expect("a reading");
+        assert!(near.hit && (near.end_w - Vec2::new(1.0, 5.0)).norm() < 1e-9, "{near:?}");
+        let far = Scan { beams: vec![Beam::Hit(9.0); 72], ..scan.clone() };
+        let far = ray(&far, 0, (&sensor_w, believed_m), |_| false).expect("a reading");
+        assert!(!far.hit && (far.end_w.y - 2.0 - believed_m).abs() < 1e-9, "{far:?}");
+        let silent = Scan { beams: vec![Beam::Unknown; 72], ..scan };
+        assert_eq!(ray(&silent, 0, (&sensor_w, believed_m), |_| false), None, "no reading is not free");
+    }
+
+    #[test]
+    fn a_peers_body_is_no_wall_and_the_way_to_it_is_free() {
+        let scan = scan(vec![Beam::Hit(2.0); 72]);
+        let sensor_w = Pose::default().isometry();
+        let peer = Body { pos_w: Vec2::new(2.3, 0.0), radius_m: 0.3, bound_m: 0.05 };
+        let of = |index| ray(&scan, index, (&sensor_w, 4.0), |end_w| is_body(end_w, &[peer], 0.0)).expect("a reading");
+        assert!(!of(0).hit && (of(0).end_w.x - 1.6).abs() < 1e-9, "{:?}", of(0));
+        assert!(of(18).hit, "the wall to the left");
+    }
+
+    #[test]
+    fn one_sees_as_far_as_the_beam_that_points_there() {
+        let mut beams = vec![Beam::Clear; 72];
+        (beams[18], beams[36]) = (Beam::Hit(1.5), Beam::Unknown);
+        let scan = scan(beams);
+        let sensor_w = Pose::default().isometry();
+        let seen = |x: f64, y: f64| seen_m(&scan, &sensor_w, Vec2::new(x, y));
+        assert_eq!(seen(0.05, 3.0), Some(1.5));
+        assert_eq!((seen(3.0, -0.05), seen(-3.0, 0.0)), (Some(12.0), None));
+    }
+
+    #[test]
+    fn other_cells_have_another_hash() {
+        let of = |cell_m: f64| hash_of(&Lattice::over(Vec2::zeros(), Vec2::new(8.0, 4.0), cell_m));
+        assert_eq!(of(0.2), of(0.2));
+        assert_ne!(of(0.2), of(0.25));
+    }
+}
