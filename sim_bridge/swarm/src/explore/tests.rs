@@ -120,3 +120,33 @@ fn a_shipped_place_is_mapped_to_the_end_and_nobody_is_touched() {
     assert!((result.time_s - f64::from(steps)).abs() < 2.0, "a step takes a second: {result:?}");
     assert!(figures.steps_90 <= figures.steps_96 && figures.steps_96 <= figures.steps_finish, "{result:?}");
 }
+
+/// A shipped scene whose robots have maps of their own and hear each other from ten cells, seven of ten times.
+fn apart(scene: &str, exchange: &str) -> CellSwarm {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../config/swarms/explore_{scene}.toml"));
+    let exchange = format!("behaviour.exchange={exchange}");
+    let set = [exchange.as_str(), "radio.range_m=10", "radio.loss=0.3", "seed=3"];
+    let set = set.map(|set| Override::parse(set).expect("sound"));
+    let swarm = load_swarm(&path, &set).unwrap_or_else(|problems| panic!("{problems}"));
+    let Behaviour::Explore(explore) = &swarm.behaviour else { panic!("an exploration") };
+    let mut robots = CellSwarm::new(&swarm, explore);
+    while robots.rounds() < 8_000 && robots.round() {}
+    robots
+}
+
+#[test]
+fn over_a_bad_radio_gossip_ends_with_everything_in_every_robot() {
+    for scene in ["random", "cave"] {
+        let figures = apart(scene, "gossip").explored().expect("measured");
+        assert!(figures.finished && figures.unreached_frontiers == 0, "{scene}: {figures:?}");
+        assert!((figures.coverage - 1.0).abs() < 1e-12, "{scene}: {figures:?}");
+        assert!(figures.bytes.is_some_and(|bytes| bytes > 10_000), "{scene}: {figures:?}");
+    }
+}
+
+#[test]
+fn by_observation_points_robots_believe_in_more_than_anybody_saw() {
+    let figures = apart("rooms", "points").explored().expect("measured");
+    assert!(figures.finished, "{figures:?}");
+    assert!(figures.coverage > 0.95 && figures.coverage < 1.0, "walls hid some of what counts as seen: {figures:?}");
+}
