@@ -250,6 +250,7 @@ fn check_behaviour(
         }
         Some(Behaviour::Explore(explore)) => {
             checker.exploration(explore, used);
+            checker.starts_in_area(explore, parts.robots.iter());
             return parts.world.iter().for_each(|world| checker.board(explore, world));
         }
         None => return,
@@ -349,6 +350,7 @@ fn check_robot_file(checker: &mut Checker<'_>, parts: &RobotFileParts) {
         Some(Behaviour::Explore(explore)) => {
             checker.exploration(explore, kind.iter());
             checker.area(explore);
+            checker.starts_in_area(explore, parts.robot.iter());
         }
         None => {}
     }

@@ -5,6 +5,7 @@ use super::Checker;
 use crate::boxes::bounds;
 use crate::geometry::Point;
 use crate::path::join;
+use crate::read::robot::RobotParts;
 use crate::read::world::WorldParts;
 use crate::report::Words;
 use crate::{Explore, Kind, SimMotion};
@@ -60,6 +61,22 @@ impl Checker<'_> {
                 let advice = "say what is to be mapped: a robot in the field has no world to look it up in";
                 self.explore_problem("area_m", Words::new("nothing", allowed, advice));
             }
+        }
+    }
+
+    /// Nobody starts where there is no map: such a robot could never plan a way.
+    pub(crate) fn starts_in_area<'r>(&mut self, explore: &Explore, robots: impl Iterator<Item = &'r RobotParts>) {
+        let Some([low, high]) = explore.area_m else { return };
+        for robot in robots {
+            let Some(start) = robot.start else { continue };
+            let at = [start.x_m, start.y_m];
+            if (0..2).all(|axis| (low[axis]..=high[axis]).contains(&at[axis])) {
+                continue;
+            }
+            let path = if robot.of_fleet { robot.path.clone() } else { join(&robot.path, "start") };
+            let expected = format!("within behaviour.area_m, [{low:?}, {high:?}]");
+            let words = Words::new(format!("a start at {at:?}"), expected, "move the start, or widen area_m");
+            return self.report.push_path(self.root, &path, words);
         }
     }
 

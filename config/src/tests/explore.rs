@@ -53,6 +53,11 @@ fn what_cannot_be_is_refused() {
         key == "behaviour.cell_m" && words.contains("840000 cells of 24 m x 14 m; at most 250000"),
         "{key}: {words}"
     );
+    let (key, words) = of_points("behaviour.area_m=[[6, 0], [24, 14]]");
+    assert!(
+        key.ends_with(".start") && words.contains("within behaviour.area_m, [[6.0, 0.0], [24.0, 14.0]]"),
+        "{key}: {words}"
+    );
     let (key, _) = of_points("behaviour.method=best");
     assert_eq!(key, "behaviour.method");
     let (key, words) = of_points("world={ name = \"open\" }");
