@@ -361,11 +361,12 @@ impl Node {
         self.peers.ages(now).map(|(id, age)| HeardPeer { id, age, kept: self.law.relies_on(id) })
     }
 
-    /// Heap bytes held for the newest scan and the peers; what a tick works on is lent.
+    /// Heap bytes held for the newest scan, the peers and the map; what a tick works on is lent.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let scan = self.mailbox.scan.as_ref();
-        scan.map_or(0, |scan| scan.beams.capacity() * size_of::<drover_contract::Beam>()) + self.peers.bytes()
+        let scan = scan.map_or(0, |scan| scan.beams.capacity() * size_of::<drover_contract::Beam>());
+        scan + self.peers.bytes() + self.map().map_or(0, SharedMap::bytes)
     }
 
     /// Whether the next tick is due.

@@ -218,8 +218,7 @@ impl Matches {
         let world_b = motion.pose_wb.isometry().inverse();
         for body in bodies {
             let centre_b = (world_b * Point2::from(body.pos_w)).coords;
-            let slack_m = MATCH_SLACK_M + (body.bound_m + motion.pos_bound_m).min(MATCH_BOUND_M_MAX);
-            let nearest_b = self.take(seen, centre_b, body.radius_m + slack_m);
+            let nearest_b = self.take(seen, centre_b, match_radius_m(body, motion.pos_bound_m));
             self.bodies.push((centre_b, nearest_b));
         }
     }
@@ -254,6 +253,11 @@ impl Matches {
         let hits = seen.points_b.iter().zip(&self.on_body);
         hits.filter(|(_, on_body)| !**on_body).map(|(point_b, _)| *point_b)
     }
+}
+
+/// A hit this near to where a body's middle should be may be on it, metres, given how well we know our own place.
+pub(crate) fn match_radius_m(body: &Body, own_bound_m: f64) -> f64 {
+    body.radius_m + (MATCH_SLACK_M + (body.bound_m + own_bound_m).min(MATCH_BOUND_M_MAX))
 }
 
 /// Never below the arc sine of `ratio` (0..=1), and above it by little: a few beams more to look at cost less than it.

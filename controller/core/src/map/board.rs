@@ -117,6 +117,13 @@ impl Board {
         (0..self.count()).filter(|cell| self.frontier[*cell])
     }
 
+    /// The cells within so many of a cell to each side, itself among them, from the south-west on.
+    pub fn square(&self, cell: usize, reach: i32) -> impl Iterator<Item = usize> + '_ {
+        let [column, row] = self.place(cell);
+        let places = (-reach..=reach).flat_map(move |dy| (-reach..=reach).map(move |dx| [column + dx, row + dy]));
+        places.filter_map(|place| self.cell(place))
+    }
+
     /// The cells around a cell, at sides and corners.
     pub fn neighbours(&self, cell: usize) -> impl Iterator<Item = usize> + use<> {
         let (columns, rows) = (self.columns, self.rows);
@@ -212,6 +219,13 @@ mod tests {
         assert_eq!(board.frontier().next(), None);
         board.learn(7, Known::Free);
         assert_eq!(board.frontier().collect::<Vec<_>>(), [7]);
+    }
+
+    #[test]
+    fn a_square_ends_at_the_rim() {
+        let board = Board::new(4, 3);
+        assert_eq!(board.square(0, 1).collect::<Vec<_>>(), [0, 1, 4, 5]);
+        assert_eq!(board.square(6, 1).count(), 9);
     }
 
     #[test]

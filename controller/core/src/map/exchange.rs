@@ -160,12 +160,6 @@ impl Exchange {
     pub fn heard(&self, now: Stamp) -> impl Iterator<Item = RobotId> + '_ {
         self.peers.iter().filter(move |(_, peer)| now.since(peer.heard) < LEASE).map(|(robot, _)| *robot)
     }
-
-    /// When a robot was last heard.
-    #[must_use]
-    pub fn last_heard(&self, robot: RobotId) -> Option<Stamp> {
-        self.peers.get(&robot).map(|peer| peer.heard)
-    }
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ use drover_contract::{MapReport, RobotId, Stamp, Vec2, Writer};
 use drover_core::explore::{Gathering, Mate, Meetings, parts, sectors};
 use drover_core::map::{Board, Exchange, Field, Known, Lattice, SharedMap, Unknowns};
 use drover_world::{Radio, RadioTally};
+use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -97,13 +98,13 @@ impl Apart {
             Member {
                 map: SharedMap::new(*lattice, writer),
                 exchange: Exchange::new(writer, 0, ids.len().saturating_sub(1)),
-                presumed: Board::new(lattice.columns(), lattice.rows()),
-                finders: vec![0; lattice.columns() * lattice.rows()],
+                presumed: unknown.clone(),
+                finders: vec![0; unknown.count()],
                 mates: starts.iter().map(|at| Mate { at: *at, target: None }).collect(),
                 points: Vec::new(),
                 heard_points: vec![0; starts.len()],
                 heard: vec![0; starts.len()],
-                meetings: Meetings::new(&Board::new(lattice.columns(), lattice.rows()), starts, explore.reach_cells),
+                meetings: Meetings::new(&unknown, starts, explore.reach_cells),
                 parts: parts.clone(),
                 part_done: false,
                 obstacles: Vec::new(),
@@ -132,16 +133,9 @@ impl Apart {
         }
     }
 
-    /// The same without the cells of bodies that do not move, if it has met any.
-    pub(super) fn ways(&self, own: usize) -> Option<Board> {
-        let obstacles = &self.members[own].obstacles;
-        (!obstacles.is_empty()).then(|| {
-            let mut board = self.board(own).clone();
-            obstacles.iter().for_each(|cell| {
-                board.learn(*cell, Known::Occupied);
-            });
-            board
-        })
+    /// The same without the cells of bodies that do not move.
+    pub(super) fn ways(&self, own: usize) -> Cow<'_, Board> {
+        without(self.board(own), &self.members[own].obstacles)
     }
 
     /// The same with what is unknown in others' parts occupied: for who sees to its own first. None by observation
@@ -150,7 +144,7 @@ impl Apart {
         if self.kind == MapExchange::Points || self.members[own].part_done {
             return None;
         }
-        let mut board = self.ways(own).unwrap_or_else(|| self.board(own).clone());
+        let mut board = self.ways(own).into_owned();
         for (cell, part) in self.members[own].parts.iter().enumerate() {
             if usize::from(*part) != own && board.at(cell) == Known::Unknown {
                 board.set(cell, Known::Occupied);
@@ -168,13 +162,12 @@ impl Apart {
         &self.members[own].finders
     }
 
-    /// Where it believes everybody to be at a step; itself it knows. Who went somewhere and was not heard since is
-    /// there.
-    pub(super) fn mates(&self, own: usize, itself: Mate, step: u32) -> Vec<Option<Mate>> {
+    /// Where it believes everybody to be; itself it knows. Who went somewhere and was not heard since is there.
+    pub(super) fn mates(&self, own: usize, itself: Mate) -> Vec<Option<Mate>> {
         let Member { mates, heard, .. } = &self.members[own];
         let believed = |(rank, mate): (usize, &Mate)| match mate.target {
             _ if rank == own => itself,
-            Some(target) if step > heard[rank] + GONE_STEPS => Mate { at: target, target: None },
+            Some(target) if self.at_step > heard[rank] + GONE_STEPS => Mate { at: target, target: None },
             Some(_) | None => *mate,
         };
         mates.iter().enumerate().map(|pair| Some(believed(pair))).collect()
@@ -182,13 +175,13 @@ impl Apart {
 
     /// Where a robot goes for a meeting, and its first step; none if it goes on with its work. By observation points
     /// there are none: the paper has none.
-    pub(super) fn called(&mut self, own: usize, at: usize, step: u32, idle: bool) -> Option<(usize, Option<usize>)> {
+    pub(super) fn called(&mut self, own: usize, at: usize, idle: bool) -> Option<(usize, Option<usize>)> {
         if self.kind == MapExchange::Points {
             return None;
         }
-        let ways = self.ways(own);
-        let Member { map, exchange, meetings, mates, parts, part_done, .. } = &mut self.members[own];
-        let board = ways.as_ref().unwrap_or(map.board());
+        let step = self.at_step;
+        let Member { map, exchange, meetings, mates, parts, part_done, obstacles, .. } = &mut self.members[own];
+        let board = &*without(map.board(), obstacles);
         let complete = exchange.heard(self.now).count() + 1 == mates.len() && exchange.is_level(self.now, map);
         let before = meetings.met();
         let place = meetings.call(&Gathering { step, at, board, complete, idle });
@@ -328,6 +321,15 @@ impl Apart {
     }
 }
 
+/// A board without some cells.
+fn without<'a>(board: &'a Board, obstacles: &[usize]) -> Cow<'a, Board> {
+    let mut board = Cow::Borrowed(board);
+    for cell in obstacles {
+        board.to_mut().learn(*cell, Known::Occupied);
+    }
+    board
+}
+
 /// How long the robot with the longest round needs to see to its part of what is left and come back, steps.
 fn longest_round(board: &Board, place: usize, (left, parts, count): (&[usize], &[u16], usize)) -> u32 {
     let mut field = Field::default();
@@ -357,9 +359,8 @@ impl Member {
     fn presume(&mut self, from: usize, points: &[usize], reach: i32) -> u64 {
         let fresh = &points[self.heard_points[from].min(points.len())..];
         for point in fresh {
-            let [column, row] = self.presumed.place(*point);
-            for place in (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| [column + dx, row + dy])) {
-                let Some(cell) = self.presumed.cell(place) else { continue };
+            let square: Vec<usize> = self.presumed.square(*point, reach).collect();
+            for cell in square {
                 if self.presumed.at(cell) == Known::Unknown {
                     self.presumed.learn(cell, Known::Free);
                     self.finders[cell] = from as u16;

@@ -99,9 +99,9 @@ impl CellTeam {
             self.finished = Some(self.step - 1);
         }
         self.look();
+        let bodies = self.everybody();
         if let Some(apart) = &mut self.apart {
-            let mate = |body: &Body| body.alive.then_some(Mate { at: body.at, target: body.target });
-            apart.talk(self.step, &self.bodies.iter().map(mate).collect::<Vec<_>>());
+            apart.talk(self.step, &bodies);
         }
     }
 
@@ -113,9 +113,8 @@ impl CellTeam {
             self.apart.iter_mut().for_each(|apart| apart.leave_part(own));
             moved = self.decide(own, None);
         }
-        let (at, step) = (self.bodies[own].at, self.step);
-        let idle = moved.target.is_none();
-        if let Some((place, next)) = self.apart.as_mut().and_then(|apart| apart.called(own, at, step, idle)) {
+        let (at, idle) = (self.bodies[own].at, moved.target.is_none());
+        if let Some((place, next)) = self.apart.as_mut().and_then(|apart| apart.called(own, at, idle)) {
             self.bodies[own].target = (!idle).then_some(place);
             next.filter(|next| !self.is_taken(own, *next)).into_iter().for_each(|next| self.go(own, next));
             return !idle;
@@ -142,9 +141,9 @@ impl CellTeam {
     fn decide(&mut self, own: usize, board: Option<&Board>) -> Move {
         let mates = self.mates(own);
         let Self { board: map, passable, apart, finders, sight, bodies, step, decisions_us, .. } = self;
-        let around = apart.as_ref().and_then(|apart| apart.ways(own));
-        let (map, finders, passable) = match apart {
-            Some(apart) => (apart.board(own), apart.finders(own), around.as_ref()),
+        let around = apart.as_ref().filter(|_| board.is_none()).map(|apart| apart.ways(own));
+        let (map, finders, passable) = match &*apart {
+            Some(apart) => (apart.board(own), apart.finders(own), around.as_deref()),
             None => (&*map, &finders[..], passable.as_ref()),
         };
         let board = board.or(passable).unwrap_or(map);
@@ -160,11 +159,14 @@ impl CellTeam {
 
     /// Everybody, as robot `own` knows it.
     fn mates(&self, own: usize) -> Vec<Option<Mate>> {
-        let mate = |body: &Body| Mate { at: body.at, target: body.target };
-        match &self.apart {
-            Some(apart) => apart.mates(own, mate(&self.bodies[own]), self.step),
-            None => self.bodies.iter().map(|body| body.alive.then(|| mate(body))).collect(),
-        }
+        let Body { at, target, .. } = self.bodies[own];
+        self.apart.as_ref().map_or_else(|| self.everybody(), |apart| apart.mates(own, Mate { at, target }))
+    }
+
+    /// Everybody that lives, as it truly is.
+    fn everybody(&self) -> Vec<Option<Mate>> {
+        let mate = |body: &Body| body.alive.then_some(Mate { at: body.at, target: body.target });
+        self.bodies.iter().map(mate).collect()
     }
 
     fn take(&mut self, own: usize, moved: Move, target: usize) {
@@ -184,7 +186,7 @@ impl CellTeam {
     /// then takes what is on its own side.
     fn go_around(&mut self, own: usize) {
         let mut board = match &self.apart {
-            Some(apart) => apart.ways(own).unwrap_or_else(|| apart.board(own).clone()),
+            Some(apart) => apart.ways(own).into_owned(),
             None => self.ways().clone(),
         };
         for (rank, body) in self.bodies.iter().enumerate() {

@@ -41,26 +41,41 @@ pub struct ExploreFigures {
     pub sweep_bound_ratio: Option<f64>,
 }
 
+/// When each of the shares was first known.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Milestones(pub(super) [Option<u32>; 4]);
+
+impl Milestones {
+    /// So much is known after so many steps.
+    pub(super) fn see(&mut self, coverage: f64, steps: u32) {
+        for (milestone, share) in self.0.iter_mut().zip(SHARES) {
+            if coverage >= share {
+                milestone.get_or_insert(steps);
+            }
+        }
+    }
+
+    /// Whether there is nothing more to wait for.
+    pub(super) fn are_passed(&self) -> bool {
+        self.0[SHARES.len() - 1].is_some()
+    }
+}
+
 /// Watches one run.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Exploring {
-    steps: [Option<u32>; 4],
+    milestones: Milestones,
 }
 
 impl Exploring {
     /// After the first look, and after every step.
     pub(crate) fn see(&mut self, team: &CellTeam) {
-        let coverage = team.coverage();
-        for (steps, share) in self.steps.iter_mut().zip(SHARES) {
-            if coverage >= share {
-                steps.get_or_insert(team.steps());
-            }
-        }
+        self.milestones.see(team.coverage(), team.steps());
     }
 
     /// What came out; cells have sides of `cell_m`.
     pub(crate) fn figures(&self, team: &CellTeam, cell_m: f64) -> ExploreFigures {
-        let [steps_90, steps_95, steps_96, steps_99] = self.steps;
+        let Milestones([steps_90, steps_95, steps_96, steps_99]) = self.milestones;
         let bound = team.sweep_bound(SHARES[2]);
         ExploreFigures {
             steps_90,

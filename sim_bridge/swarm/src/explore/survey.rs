@@ -1,15 +1,13 @@
 //! What an exploration by bodies is measured by, from outside: what of the place is in some robot's map, second by
 //! second, and whether the maps are true.
 
+use super::figures::Milestones;
 use crate::trial::Trial;
 use drover_config::{Kind, Swarm};
 use drover_contract::Vec2;
 use drover_core::map::{Board, Field, Known, Lattice, Unknowns};
 use drover_world::Walls;
 use serde::Serialize;
-
-/// Shares of the cells that can be reached.
-const SHARES: [f64; 4] = [0.90, 0.95, 0.96, 0.99];
 
 /// One run of an exploration by bodies.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -45,7 +43,7 @@ pub(crate) struct Surveying {
     lattice: Lattice,
     /// Where a body can be, and get to from the first robot's start.
     reachable: Vec<usize>,
-    steps: [Option<u32>; 4],
+    milestones: Milestones,
     next_s: f64,
     finished: Option<u32>,
 }
@@ -60,7 +58,7 @@ impl Surveying {
         let keep_m = swarm.robots.iter().map(|robot| keep_m(swarm.kind_of(robot))).fold(0.0, f64::max);
         let start_w = Vec2::new(first.start.x_m, first.start.y_m);
         let reachable = reach(&lattice, trial.arena().walls(), start_w, keep_m);
-        Some(Self { lattice, reachable, steps: [None; 4], next_s: 0.0, finished: None })
+        Some(Self { lattice, reachable, milestones: Milestones::default(), next_s: 0.0, finished: None })
     }
 
     /// After every step of the world.
@@ -71,18 +69,14 @@ impl Surveying {
         } else {
             self.finished = None; // news took a certificate back
         }
-        if time_s < self.next_s || self.steps[3].is_some() {
+        if time_s < self.next_s || self.milestones.are_passed() {
             return;
         }
         self.next_s += 1.0;
         let boards: Vec<&Board> = robots.filter_map(|robot| trial.map(robot)).map(|map| map.board()).collect();
         let known = |cell: &&usize| boards.iter().any(|board| board.at(**cell) != Known::Unknown);
         let share = self.reachable.iter().filter(known).count() as f64 / self.reachable.len().max(1) as f64;
-        for (steps, least) in self.steps.iter_mut().zip(SHARES) {
-            if share >= least {
-                steps.get_or_insert(time_s.round() as u32);
-            }
-        }
+        self.milestones.see(share, time_s.round() as u32);
     }
 
     /// What came out.
@@ -92,7 +86,7 @@ impl Surveying {
         let boards: Vec<&Board> = living.filter_map(|robot| trial.map(robot)).map(|map| map.board()).collect();
         let unknown = |board: &&Board| self.reachable.iter().filter(|cell| board.at(**cell) == Known::Unknown).count();
         let worst = boards.iter().copied().max_by_key(unknown);
-        let [steps_90, steps_95, steps_96, steps_99] = self.steps;
+        let Milestones([steps_90, steps_95, steps_96, steps_99]) = self.milestones;
         SurveyFigures {
             steps_90,
             steps_95,

@@ -30,17 +30,17 @@ use super::{Explorer, Mate, View as Choice};
 use crate::law::{Outcome, View, drive};
 use crate::map::{Board, Exchange, Field, Known, Lattice, Ray, SharedMap, Sight, Space};
 use crate::peers::Body;
+use crate::sight::match_radius_m;
 use drover_config::{Explore, Kind};
 use drover_contract::math::atan2;
 use drover_contract::{Beam, MapReport, Pose, RobotId, Scan, Stamp, Twist, Vec2, Writer, wrap};
 use nalgebra::{Isometry2, Point2};
 use std::time::Duration;
 
-/// A hit this much nearer to a peer's middle than its radius, or nearer still, is that peer, metres, beside both
-/// bounds.
-const BODY_SLACK_M: f64 = 0.2;
-/// Bounds beyond this are not believed: a lost peer must not swallow every wall, metres.
-const BOUND_M_MAX: f64 = 0.4;
+/// A map remembers: what may be a peer's is taken this much wider for it than for what a law sees now, metres.
+const BODY_SLACK_M: f64 = 0.05;
+/// Of the way to a peer's body the last bit is not taken for free, metres.
+const BODY_FRINGE_M: f64 = 0.4;
 /// It likes to keep this much more from walls than it has to, metres.
 const CALM_M: f64 = 0.15;
 /// A body that is closer to walls than it should plans from the nearest free cell within this, metres.
@@ -239,10 +239,8 @@ impl Surveyor {
         if board.at(at) != Known::Occupied {
             return Some(at);
         }
-        let reach = (HOME_M / lattice.cell_m()) as i32;
-        let [column, row] = board.place(at);
-        let around = (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| [column + dx, row + dy]));
-        let free = around.filter_map(|place| board.cell(place)).filter(|cell| board.at(*cell) == Known::Free);
+        let around = board.square(at, (HOME_M / lattice.cell_m()) as i32);
+        let free = around.filter(|cell| board.at(*cell) == Known::Free);
         let far = |cell: &usize| (lattice.centre_w(*cell) - at_w).norm_squared();
         free.filter(|cell| far(cell) <= HOME_M * HOME_M).min_by(|a, b| far(a).total_cmp(&far(b)))
     }
@@ -282,18 +280,18 @@ impl Surveyor {
 
     fn decide(&mut self, now: Stamp, at_w: Vec2, home: usize) {
         self.decisions += 1;
-        let open = self.closed_by(now, at_w, |fellow| fellow.lies(now, at_w));
-        let around = self.closed_by(now, at_w, |fellow| fellow.stands(now, at_w));
         if self.makes_room_until.is_some_and(|until| now < until) {
             return;
         }
         self.makes_room_until = None;
+        let around = self.closed_by(at_w, |fellow| fellow.stands(now, at_w));
         let kept = self.goal.filter(|goal| self.is_worth_going_to(&around, home, *goal));
         if let Some(goal) = kept.or_else(|| self.choose(now, home, &around)) {
             self.done = false;
             return self.go(&around, home, goal);
         }
         self.explorer.forget();
+        let open = self.closed_by(at_w, |fellow| fellow.lies(now, at_w));
         let blocked = self.choose(now, home, &open);
         self.waits_for = blocked;
         self.goal = None;
@@ -361,7 +359,7 @@ impl Surveyor {
 
     /// The space without what is left alone, and without the places of some robots: as far as the body itself is, which
     /// may be closer to one of them than it should, and then can go away from it.
-    fn closed_by(&self, now: Stamp, at_w: Vec2, counts: impl Fn(&Fellow) -> bool) -> Board {
+    fn closed_by(&self, at_w: Vec2, counts: impl Fn(&Fellow) -> bool) -> Board {
         let mut board = self.space.board().clone();
         let lattice = self.map.lattice();
         for (_, fellow) in self.fellows.all().filter(|(_, fellow)| counts(fellow)) {
@@ -369,7 +367,7 @@ impl Surveyor {
             let within_m = (self.pass_m + fellow.radius_m).min(own_m);
             close_disc(&mut board, lattice, fellow.pos_w, within_m);
         }
-        for (cell, _) in self.shunned.iter().filter(|(_, until)| now < *until) {
+        for (cell, _) in &self.shunned {
             close_disc(&mut board, lattice, lattice.centre_w(*cell), f64::from(SHUN_CELLS) * lattice.cell_m());
         }
         board
@@ -377,10 +375,8 @@ impl Surveyor {
 
     fn go(&mut self, board: &Board, home: usize, goal: usize) {
         // The same goal over the same way: keep it, or the robot would hesitate between ways that are as good.
-        let same = self.goal == Some(goal) && !self.way.is_empty() && !self.is_closed();
-        let open = |cell: &usize| board.at(*cell) != Known::Occupied;
-        self.goal = Some(goal);
-        if same && self.way.iter().all(open) {
+        let same = self.goal.replace(goal) == Some(goal) && !self.way.is_empty();
+        if same && self.way.iter().all(|cell| board.at(*cell) != Known::Occupied) {
             return;
         }
         let way = way::plan(&self.space, board, self.explorer.unknowns(), (home, goal)).unwrap_or_default();
@@ -451,14 +447,12 @@ impl Surveyor {
 
 /// Cells whose middles are within a disc count as occupied.
 fn close_disc(board: &mut Board, lattice: &Lattice, centre_w: Vec2, within_m: f64) {
-    let [column, row] = board.place(lattice.cell_near(centre_w));
     let reach = (within_m / lattice.cell_m()).ceil() as i32;
-    for place in (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| [column + dx, row + dy])) {
-        let Some(cell) = board.cell(place) else { continue };
-        if (lattice.centre_w(cell) - centre_w).norm() <= within_m {
-            board.learn(cell, Known::Occupied);
-        }
-    }
+    let square = board.square(lattice.cell_near(centre_w), reach);
+    let within: Vec<usize> = square.filter(|cell| (lattice.centre_w(*cell) - centre_w).norm() <= within_m).collect();
+    within.into_iter().for_each(|cell| {
+        board.learn(cell, Known::Occupied);
+    });
 }
 
 /// A beam says where a return is only as finely as it is wide: it is believed as far as that is two cells, metres.
@@ -486,7 +480,7 @@ fn ray(
     let end_w = at(range_m);
     if hit && is_body(end_w) {
         // Up to the body nothing stands; of the cell before it nothing is known.
-        return Some(Ray { end_w: at((range_m - 2.0 * BODY_SLACK_M).max(0.0)), hit: false });
+        return Some(Ray { end_w: at((range_m - BODY_FRINGE_M).max(0.0)), hit: false });
     }
     Some(Ray { end_w, hit })
 }
@@ -506,10 +500,8 @@ fn seen_m(scan: &Scan, sensor_w: &Isometry2<f64>, place_w: Vec2) -> Option<f64> 
 
 /// Whether a return may be on one of the bodies.
 fn is_body(end_w: Vec2, bodies: &[Body], own_bound_m: f64) -> bool {
-    bodies.iter().any(|body| {
-        let slack_m = BODY_SLACK_M + (body.bound_m + own_bound_m).min(BOUND_M_MAX);
-        (end_w - body.pos_w).norm() <= body.radius_m + slack_m
-    })
+    let within = |body: &Body| (end_w - body.pos_w).norm() <= match_radius_m(body, own_bound_m) + BODY_SLACK_M;
+    bodies.iter().any(within)
 }
 
 /// FNV-1a of where cells lie, in millimetres.

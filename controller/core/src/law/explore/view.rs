@@ -55,10 +55,7 @@ impl View<'_> {
 
     /// Every cell of the square around a cell, whether seen from there or not.
     pub fn square(&self, cell: usize) -> impl Iterator<Item = usize> + '_ {
-        let [column, row] = self.board.place(cell);
-        let reach = self.sight.reach();
-        let places = (-reach..=reach).flat_map(move |dy| (-reach..=reach).map(move |dx| [column + dx, row + dy]));
-        places.filter_map(|place| self.board.cell(place))
+        self.board.square(cell, self.sight.reach())
     }
 
     /// Whether a cell cannot be looked through.
