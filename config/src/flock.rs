@@ -39,7 +39,7 @@ pub struct Flock {
     pub inertia_kgm2: f64,
     /// Speed along a wall, m/s.
     pub wall_speed_mps: f64,
-    /// Turning along a wall, rad/s.
+    /// Turning along a wall, and what ships: along the leader's trail, rad/s.
     pub wall_turn_radps: f64,
     /// d_s0: distance that is kept along a wall, metres; 0: that of the moment when the following began.
     pub wall_distance_m: f64,
@@ -62,6 +62,8 @@ pub struct Flock {
     pub side_latch: bool,
     /// Whether wall followers that meet give way by a rule.
     pub right_of_way: bool,
+    /// Whether a follower that cannot go straight to its leader goes where that went.
+    pub trail: bool,
     /// Whether a leader waits, even for ever, for its worst link: nobody is lost.
     pub lose_nobody: bool,
     /// How a leader gets along its way.

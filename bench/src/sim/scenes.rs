@@ -133,6 +133,7 @@ fn flock_behind(leader: u32, end_m: [f64; 2]) -> Flock {
         walls: WallFollowing::Pledge,
         side_latch: true,
         right_of_way: true,
+        trail: true,
         lose_nobody: false,
         leader_way: LeaderWay::Pursuit,
         guard: FlockGuard::Collision,

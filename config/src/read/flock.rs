@@ -49,6 +49,7 @@ pub(crate) fn flock(table: &mut Table<'_>) -> Option<Flock> {
         walls: method.walls,
         side_latch: method.side_latch,
         right_of_way: method.right_of_way,
+        trail: method.trail,
         lose_nobody: method.lose_nobody,
         leader_way: method.leader_way,
         guard: method.guard,
@@ -213,6 +214,7 @@ struct Method {
     walls: WallFollowing,
     side_latch: bool,
     right_of_way: bool,
+    trail: bool,
     lose_nobody: bool,
     leader_way: LeaderWay,
     guard: FlockGuard,
@@ -231,6 +233,7 @@ fn method(table: &mut Table<'_>, literal: bool) -> Option<Method> {
     let walls = among(table, literal, "walls", WALLS, 1);
     let side_latch = truth(table, literal, "side_latch", (true, false));
     let right_of_way = truth(table, literal, "right_of_way", (true, false));
+    let trail = truth(table, literal, "trail", (true, false));
     let lose_nobody = table.bool("lose_nobody", Some(false));
     const WAYS: [(&str, LeaderWay); 2] = [("pursuit", LeaderWay::Pursuit), ("potential", LeaderWay::Potential)];
     let leader_way = among(table, literal, "leader_way", WAYS, 0);
@@ -250,6 +253,7 @@ fn method(table: &mut Table<'_>, literal: bool) -> Option<Method> {
         walls: walls?,
         side_latch: side_latch?,
         right_of_way: right_of_way?,
+        trail: trail?,
         lose_nobody: lose_nobody?,
         leader_way: leader_way?,
         guard: guard?,

@@ -74,6 +74,7 @@ fn the_mode_says_whose_defaults_count_and_every_key_can_be_set() {
         walls: WallFollowing::Pledge,
         side_latch: true,
         right_of_way: true,
+        trail: true,
         lose_nobody: false,
         leader_way: LeaderWay::Pursuit,
         guard: FlockGuard::Collision,
@@ -93,6 +94,7 @@ fn the_mode_says_whose_defaults_count_and_every_key_can_be_set() {
         walls: WallFollowing::Literal,
         side_latch: false,
         right_of_way: false,
+        trail: false,
         guard: FlockGuard::None,
         ..expected
     };

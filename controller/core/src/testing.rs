@@ -74,6 +74,7 @@ pub(crate) fn flock_config(waypoints_m: Vec<[f64; 2]>) -> Flock {
         walls: WallFollowing::Pledge,
         side_latch: true,
         right_of_way: true,
+        trail: true,
         lose_nobody: false,
         leader_way: LeaderWay::Pursuit,
         guard: FlockGuard::Collision,

@@ -132,8 +132,8 @@ impl FlockSwarm {
             });
             let is_wall = |point_b: &Vec2| {
                 let point_w = pose_wb.transform(*point_b);
-                let on = |(other_w, radius_m): (&Vec2, &f64)| (point_w - other_w).norm() <= radius_m * 1.01 + ON_RIM_M;
-                !at_w.iter().zip(&self.radii_m).zip(&self.alive).any(|(body, alive)| *alive && on(body))
+                let on = |other: usize| (point_w - at_w[other]).norm() <= self.radii_m[other] * 1.01 + ON_RIM_M;
+                !(0..at_w.len()).any(|other| other != robot && self.alive[other] && on(other))
             };
             self.returns_b[robot].clear();
             self.returns_b[robot].extend(hits.filter(is_wall));

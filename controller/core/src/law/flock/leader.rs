@@ -78,7 +78,9 @@ impl Leader {
         if let Some(aside) = self.aside {
             let way = aside.place_w - view.motion.pose_wb.position();
             let wish_w = way * (params.leader_speed_mps / way.norm().max(params.spacing_m / 2.0));
-            return track(params, wall_planes(params, view).nearest(wish_w), params.turn_radps, view);
+            let places_w: Vec<Vec2> = returns_w(params, view).collect();
+            let vel_w = wall_planes(params, &places_w, view.motion.pose_wb.position()).nearest(wish_w);
+            return track(params, vel_w, params.turn_radps, view);
         }
         match self.way {
             LeaderWay::Pursuit => self.route.pursue(cruise_mps, view),

@@ -141,7 +141,7 @@ impl Wall {
             distance_m: if params.wall_distance_m > 0.0 { params.wall_distance_m } else { is_m },
             companion_w: nearest_w,
             side: Side::towards(nearest_w - at_w, wish_w),
-            pledge: pledge.then(|| Pledge::begin(view.now, at_w, nearest_w, wish_w)),
+            pledge: pledge.then(|| Pledge::begin(view.now, nearest_w, attractor_w, &view.motion.pose_wb)),
         }
     }
 

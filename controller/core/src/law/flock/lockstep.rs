@@ -3,7 +3,7 @@
 //! What each may use is what it could sense: the returns of its laser, and the snapshot of its peers. The last layer
 //! ([`crate::avoid`]) has the last word on every step: O keeps from walls, R from robots, C within a link's range.
 
-use super::{Flocker, Params};
+use super::{Flocker, GUARDED, Params};
 use crate::avoid::{Capsule, Disc, SafeSet, SafeSetParams};
 use crate::deploy::{Graph, KeptGraph};
 use crate::estimate::Motion;
@@ -17,10 +17,6 @@ use drover_contract::{BehaviourState, Limits, Pose, RobotId, Stamp, Twist, Vec2}
 const SHARES: [f64; 5] = [1.0, 0.75, 0.5, 0.25, 0.0];
 /// Links are kept that much shorter than the range, as a share of it: rounding adds up.
 const LINK_SLACK: f64 = 1e-5;
-
-/// The last layer keeps this share of the margin, and laws all of it: who obeys its law is not held up by the last
-/// layer where beams 10 degrees apart show a corner a little off.
-const GUARDED: f64 = 2.0 / 3.0;
 
 /// One robot as it is.
 #[derive(Clone, Copy, Debug)]

@@ -9,7 +9,7 @@
 //! too.
 
 use drover_contract::math::{atan2, cos, sin};
-use drover_contract::{Stamp, Vec2, wrap};
+use drover_contract::{Pose, Stamp, Vec2, wrap};
 use std::f64::consts::PI;
 use std::time::Duration;
 
@@ -19,6 +19,9 @@ const SWEEP_RAD: f64 = PI / 36.0;
 const BEHIND_RAD: f64 = PI / 6.0;
 /// The turns are undone when no more than this is left of them, radians.
 const UNDONE_RAD: f64 = 0.1;
+/// Of two sides that lead as much towards the attractor, the one that the robot looks to takes the least turning: what
+/// its heading counts beside the attractor's direction.
+const HEADING: f64 = 0.3;
 /// A wall lost for this long is given up.
 const LOST: Duration = Duration::from_secs(4);
 
@@ -71,9 +74,9 @@ pub(super) struct Pledge {
     side: Side,
     wall_w: Vec2,
     seen: Stamp,
-    /// The turns so far, radians; none before the first step.
-    turns_rad: Option<f64>,
-    last_rad: f64,
+    /// Bearings of that place and of the attractor, radians; they are not wrapped: whole turns count.
+    wall_rad: f64,
+    wish_rad: f64,
 }
 
 /// What a step of it says.
@@ -88,9 +91,13 @@ pub(super) enum Along {
 }
 
 impl Pledge {
-    /// Begin at the wall's place `wall_w` with the attractor in direction `wish_w`.
-    pub(super) fn begin(now: Stamp, at_w: Vec2, wall_w: Vec2, wish_w: Vec2) -> Self {
-        Self { side: Side::towards(wall_w - at_w, wish_w), wall_w, seen: now, turns_rad: None, last_rad: 0.0 }
+    /// Begin at the wall's place `wall_w` to get to `attractor_w`.
+    pub(super) fn begin(now: Stamp, wall_w: Vec2, attractor_w: Vec2, pose_wb: &Pose) -> Self {
+        let (to_wall, wish_w) = (wall_w - pose_wb.position(), attractor_w - pose_wb.position());
+        let leans_w = wish_w.try_normalize(1e-9).unwrap_or_else(Vec2::zeros) + pose_wb.heading() * HEADING;
+        let wish_rad = atan2(wish_w.y, wish_w.x);
+        let wall_rad = unwrapped(to_wall, wish_rad);
+        Self { side: Side::towards(to_wall, leans_w), wall_w, seen: now, wall_rad, wish_rad }
     }
 
     pub(super) fn side(&self) -> Side {
@@ -106,7 +113,7 @@ impl Pledge {
         let side = Side::towards(self.wall_w - at_w, wish_w);
         if side != self.side {
             self.side = side;
-            self.turns_rad = None;
+            self.begin_anew();
         }
     }
 
@@ -116,47 +123,48 @@ impl Pledge {
             Side::Left => Side::Right,
             Side::Right => Side::Left,
         };
-        self.turns_rad = None;
+        self.begin_anew();
+    }
+
+    fn begin_anew(&mut self) {
+        self.wall_rad = self.wish_rad + wrap(self.wall_rad - self.wish_rad);
     }
 
     /// One step. `attractor_w` is where it wants to be in the end.
     pub(super) fn step(&mut self, now: Stamp, room: &Room<'_>, attractor_w: Vec2) -> Along {
         let alone = Room { points_w: &room.points_w[..room.walls], ..*room };
-        let Swept::Free(way_rad, touched_w) = self.sweep(room) else { return Along::Nowhere };
-        if let Some(touched_w) = touched_w {
+        let wish = attractor_w - room.at_w;
+        self.wish_rad = unwrapped(wish, self.wish_rad);
+        self.wall_rad = unwrapped(self.wall_w - room.at_w, self.wall_rad);
+        let Swept::Free(way_rad, touched) = self.sweep(room) else { return Along::Nowhere };
+        if let Some((touched_w, touched_rad)) = touched {
             self.wall_w = touched_w;
+            self.wall_rad = unwrapped(touched_w - room.at_w, touched_rad);
             self.seen = now;
         } else if now.since(self.seen) > LOST {
             return Along::Done;
         }
-        let wish = attractor_w - room.at_w;
-        let off_rad = wrap(way_rad - atan2(wish.y, wish.x));
-        let turns_rad = match self.turns_rad {
-            Some(turns_rad) => turns_rad + wrap(off_rad - self.last_rad),
-            None => off_rad,
-        };
-        self.turns_rad = Some(turns_rad);
-        self.last_rad = off_rad;
-        if self.side.away() * turns_rad <= UNDONE_RAD && is_free(&alone, wish) {
+        if self.side.away() * (way_rad - self.wish_rad) <= UNDONE_RAD && is_free(&alone, wish) {
             return Along::Done;
         }
         Along::Way(Vec2::new(cos(way_rad), sin(way_rad)))
     }
 
-    /// The first free direction from the wall's away, and the last place that was in the way before it.
+    /// The first free direction from the wall's away, and the last place of a wall that was in the way before it, with
+    /// the direction in which it was.
     fn sweep(&self, room: &Room<'_>) -> Swept {
-        let to_wall = self.wall_w - room.at_w;
-        let start_rad = atan2(to_wall.y, to_wall.x) - self.side.away() * BEHIND_RAD;
+        let start_rad = self.wall_rad - self.side.away() * BEHIND_RAD;
         let steps = (2.0 * PI / SWEEP_RAD) as i32;
-        let mut touched_w = None;
+        let alone = Room { points_w: &room.points_w[..room.walls], ..*room };
+        let mut touched = None;
         for step in 0..steps {
             let way_rad = start_rad + self.side.away() * SWEEP_RAD * f64::from(step);
             let way = Vec2::new(cos(way_rad), sin(way_rad));
-            match in_the_way(room, way) {
-                Some(point_w) => touched_w = Some(point_w),
-                // The remembered wall alone holds the hand when nothing is seen any more.
-                None if self.is_across(room, way) => {}
-                None => return Swept::Free(wrap(way_rad), touched_w),
+            if let Some(point_w) = in_the_way(&alone, way) {
+                touched = Some((point_w, way_rad));
+            } else if in_the_way(room, way).is_none() && !self.is_across(room, way) {
+                // The remembered wall alone holds the hand when nothing is seen any more; a peer never does.
+                return Swept::Free(way_rad, touched);
             }
         }
         Swept::Blocked
@@ -170,8 +178,13 @@ impl Pledge {
 }
 
 enum Swept {
-    Free(f64, Option<Vec2>),
+    Free(f64, Option<(Vec2, f64)>),
     Blocked,
+}
+
+/// The direction of a vector as it is nearest to `near_rad`, radians.
+fn unwrapped(vector: Vec2, near_rad: f64) -> f64 {
+    near_rad + wrap(atan2(vector.y, vector.x) - near_rad)
 }
 
 /// Whether the way towards the attractor is free as far as anything is seen: a robot that strayed from the wall heads

@@ -13,17 +13,19 @@
 //! that rounds tips, or turns round where there is no room.
 
 use super::deadlock::Blocked;
-use super::laser::{companion_w, returns_w};
+use super::laser::companion_w;
 use super::planes::{Plane, Planes};
 use super::pledge::{Along, Pledge, Room, Side};
 use super::potential::{acceleration_w, pair_force};
+use super::recent::{LOOK_RAD, Recent, look_s};
+use super::trail::{Aim, Trail};
 use super::{Params, is_mate, spread_m};
 use crate::avoid::{Capsule, Orca, OrcaPeer};
 use crate::law::View;
 use crate::peers::Neighbour;
 use drover_config::{Avoidance, WallFollowing};
-use drover_contract::math::atan2;
-use drover_contract::{Stamp, Twist, Vec2, wrap};
+use drover_contract::math::{atan2, cos};
+use drover_contract::{Pose, Stamp, Twist, Vec2, wrap};
 use std::f64::consts::{PI, TAU};
 
 /// What a wall lets through of a wish, as a share: below this the wall is in the way.
@@ -52,6 +54,10 @@ const PATIENCE_S: f64 = 2.0;
 const TURN_ROUND_S: f64 = 15.0;
 /// Towards a velocity of this share of the leader's, and any faster one, a robot turns as fast as it can.
 const TURNS_FULLY: f64 = 0.1;
+/// Who stays at its place, within this share of its radius, for so long with its way clear sees too little of what
+/// holds it: it looks to both sides of its way, seconds.
+const STAYS: f64 = 0.1;
+const LOOK_S: f64 = 1.0;
 /// What lies farther off the heading than this is behind, radians.
 const BEHIND_RAD: f64 = 2.6;
 /// A way that brushes past a peer brings the two no nearer than this share of their distance.
@@ -63,9 +69,13 @@ const JAM_S: f64 = 1.0;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Safe {
     blocked: Blocked,
+    recent: Recent,
+    trail: Trail,
     wall: Option<Pledge>,
     /// Since when the robot has wished to move and stood.
     stands_since: Option<Stamp>,
+    /// Where it has been since when.
+    spot: Option<(Stamp, Vec2)>,
     orca: Option<Box<Orca>>,
     entries: u32,
 }
@@ -87,31 +97,60 @@ impl Safe {
     pub(super) fn step(&mut self, params: &Params, leader: &Neighbour, view: &View<'_>) -> Twist {
         let at_w = view.motion.pose_wb.position();
         let leader_w = leader.pose_wb.position();
-        let walls = wall_planes(params, view);
-        let mut wish_w = self.flocking_w(params, leader, view);
+        let places_w = self.recent.look(params, view);
+        let walls = wall_planes(params, &places_w, at_w);
+        if params.trail {
+            self.trail.hear(params, leader, (at_w, &places_w), spread_m(params, view));
+        }
+        let aim = self.trail.aim(params, at_w, &places_w);
+        let attractor_w = aim.map_or(leader_w, |aim| aim.place_w);
+        let mut wish_w = flocking_w(params, (leader, aim), view);
         self.note_standing(params, wish_w, view);
-        let by_walls = are_in_the_way(params, wish_w, &walls, leader);
+        let clear = aim.is_some_and(|aim| aim.clear);
+        let by_walls = !clear && are_in_the_way(params, wish_w, &walls, leader);
         if self.wall.is_some() {
-            match self.follow(params, leader_w, view) {
+            // A way that is seen whole ends it; one beyond the laser's reach may be as blocked as the one before.
+            let whole = aim.is_some_and(|aim| (aim.place_w - at_w).norm() <= params.obstacle_range_m);
+            let way_w = if clear && whole { None } else { self.follow(params, (attractor_w, &places_w), view) };
+            match way_w {
                 Some(way_w) => wish_w = way_w * along_mps(params, way_w, view),
                 None => {
                     self.wall = None;
                     self.blocked.rest(view.now);
                 }
             }
-        } else if params.walls != WallFollowing::None
-            && self.blocked.lasts(view.now, by_walls, params.deadlock)
-            && let Some(nearest_w) = companion_w(returns_w(params, view), at_w)
-        {
-            self.entries += 1;
-            self.wall = Some(Pledge::begin(view.now, at_w, nearest_w, leader_w - at_w));
+        } else if self.blocked.lasts(view.now, by_walls, params.deadlock) {
+            if self.trail.turn_back() {
+                self.blocked = Blocked::default();
+            } else if params.walls != WallFollowing::None
+                && let Some(nearest_w) = companion_w(places_w.iter().copied(), at_w)
+            {
+                self.entries += 1;
+                self.wall = Some(Pledge::begin(view.now, nearest_w, attractor_w, &view.motion.pose_wb));
+            }
         }
         let vel_w = match params.avoidance {
             Avoidance::Voronoi => self.planes(params, leader, (walls, view)).nearest(wish_w),
-            Avoidance::Orca => self.orca_w(params, walls.nearest(wish_w), view),
+            Avoidance::Orca => self.orca_w(params, (walls.nearest(wish_w), &places_w), view),
         };
-        let turn_radps = if self.on_wall() { params.wall_turn_radps } else { params.turn_radps };
+        let stays_s = self.stays_s(params, view);
+        let vel_w = if clear && stays_s > LOOK_S { looking_around(params, vel_w, view) } else { vel_w };
+        let flocks = !self.on_wall() && aim.is_none();
+        let turn_radps = if flocks { params.turn_radps } else { params.wall_turn_radps };
         track(params, vel_w, turn_radps, view)
+    }
+
+    /// For how long it has been where it is, whichever way it turned, seconds.
+    fn stays_s(&mut self, params: &Params, view: &View<'_>) -> f64 {
+        let at_w = view.motion.pose_wb.position();
+        let near = |spot: &(Stamp, Vec2)| (spot.1 - at_w).norm() <= STAYS * params.radius_m;
+        let (since, _) = *self.spot.insert(self.spot.filter(near).unwrap_or((view.now, at_w)));
+        view.now.since(since).as_secs_f64()
+    }
+
+    /// For how long it has wished to move and stood, seconds.
+    fn stands_s(&self, view: &View<'_>) -> f64 {
+        self.stands_since.map_or(0.0, |since| view.now.since(since).as_secs_f64())
     }
 
     /// Since when it has wished to move and stood.
@@ -124,7 +163,7 @@ impl Safe {
     }
 
     /// What optimal reciprocal collision avoidance leaves of a wish.
-    fn orca_w(&mut self, params: &Params, wish_w: Vec2, view: &View<'_>) -> Vec2 {
+    fn orca_w(&mut self, params: &Params, (wish_w, places_w): (Vec2, &[Vec2]), view: &View<'_>) -> Vec2 {
         let at_w = view.motion.pose_wb.position();
         let near = view.neighbours.iter().filter(|peer| (peer.pose_wb.position() - at_w).norm() < 4.0 * params.avoid_m);
         let peers = near.map(|peer| OrcaPeer {
@@ -132,42 +171,25 @@ impl Safe {
             vel_w: peer.vel_w(),
             radius_m: peer.radius_m + params.margin_m,
         });
-        let walls = companion_w(returns_w(params, view), at_w).map(|place_w| Capsule::disc(place_w, 0.0));
+        let walls = companion_w(places_w.iter().copied(), at_w).map(|place_w| Capsule::disc(place_w, 0.0));
         let own_w = view.motion.pose_wb.heading() * view.motion.twist_b.speed_mps;
         let orca = self.orca.get_or_insert_with(|| Box::new(Orca::new(params.orca(view.dt_s))));
         orca.velocity((at_w, own_w), wish_w, peers, walls.into_iter())
     }
 
-    /// The velocity at which the forces balance.
-    fn flocking_w(&self, params: &Params, leader: &Neighbour, view: &View<'_>) -> Vec2 {
-        let at_w = view.motion.pose_wb.position();
-        let mut force_w = acceleration_w(leader);
-        for peer in view.neighbours {
-            let apart_w = at_w - peer.pose_wb.position();
-            let flocks = is_mate(params, peer) && peer.leader == Some(params.leader) && peer.id != params.leader;
-            force_w +=
-                pair_force(params.gain, params.spacing_m, apart_w) * weight(apart_w.norm() / params.spacing_m, flocks);
-        }
-        force_w += pull_w(params, leader.pose_wb.position() - at_w, spread_m(params, view));
-        let wish_w = leader.vel_w() + force_w / params.damping_per_s;
-        let idle_mps = if stands(params, leader) { AT_REST * params.leader_speed_mps } else { 0.0 };
-        let most_mps = params.speed_mps.min(view.limits.speed_mps_max);
-        wish_w.cap_magnitude((wish_w.norm() - idle_mps).clamp(0.0, most_mps))
-    }
-
     /// The way along the wall; none when the trap is left.
-    fn follow(&mut self, params: &Params, leader_w: Vec2, view: &View<'_>) -> Option<Vec2> {
+    fn follow(&mut self, params: &Params, (attractor_w, places_w): (Vec2, &[Vec2]), view: &View<'_>) -> Option<Vec2> {
         let at_w = view.motion.pose_wb.position();
+        let stands_s = self.stands_s(view);
         let wall = self.wall.as_mut()?;
         if !params.side_latch {
-            wall.choose_side(at_w, leader_w - at_w);
+            wall.choose_side(at_w, attractor_w - at_w);
         }
         let own_m = params.keep_m + params.margin_m / 2.0;
         let keep_m = if params.wall_distance_m > 0.0 { params.wall_distance_m } else { own_m };
         let kept = |place_w: Vec2, keep_m: f64| (place_w, keep_m.min((place_w - at_w).norm()));
-        let mut points_w: Vec<(Vec2, f64)> = returns_w(params, view).map(|place_w| kept(place_w, keep_m)).collect();
+        let mut points_w: Vec<(Vec2, f64)> = places_w.iter().map(|place_w| kept(*place_w, keep_m)).collect();
         let walls = points_w.len();
-        let stands_s = self.stands_since.map_or(0.0, |since| view.now.since(since).as_secs_f64());
         if params.right_of_way {
             let way_w = wall.side().along_w((wall.wall_w() - at_w).try_normalize(1e-9).unwrap_or_else(Vec2::zeros));
             if stands_s > TURN_ROUND_S {
@@ -189,7 +211,7 @@ impl Safe {
             }));
         }
         let room = Room { at_w, points_w: &points_w, walls, look_m: LOOK * keep_m };
-        match wall.step(view.now, &room, leader_w) {
+        match wall.step(view.now, &room, attractor_w) {
             Along::Way(way_w) => Some(way_w),
             Along::Nowhere => Some(Vec2::zeros()),
             Along::Done => None,
@@ -200,8 +222,7 @@ impl Safe {
     fn planes(&self, params: &Params, leader: &Neighbour, (walls, view): (Planes, &View<'_>)) -> Planes {
         let mut planes = walls;
         let at_w = view.motion.pose_wb.position();
-        let leader_m = (leader.pose_wb.position() - at_w).norm();
-        let jammed = self.stands_since.is_some_and(|since| view.now.since(since).as_secs_f64() > JAM_S);
+        let jammed = self.stands_s(view) > JAM_S;
         for peer in view.neighbours {
             let apart_w = peer.pose_wb.position() - at_w;
             let gap_m = apart_w.norm() - params.radius_m - peer.radius_m - params.margin_m;
@@ -209,10 +230,7 @@ impl Safe {
             if gap_m > params.avoid_m {
                 continue;
             }
-            let first = {
-                let theirs_m = (leader.pose_wb.position() - peer.pose_wb.position()).norm();
-                (theirs_m, peer.id) < (leader_m, params.own) || peer.id == params.leader
-            };
+            let first = goes_first(params, leader, peer, at_w);
             let yields = params.right_of_way && (!self.on_wall() || jammed) && first && is_mate(params, peer);
             let room_m = if yields { gap_m - params.radius_m } else { gap_m };
             // Who goes away makes room: a column drives as fast as its head.
@@ -221,6 +239,41 @@ impl Safe {
         }
         planes
     }
+}
+
+/// The velocity at which the forces balance; along the leader's trail, towards the aim, with the forces of others.
+fn flocking_w(params: &Params, (leader, aim): (&Neighbour, Option<Aim>), view: &View<'_>) -> Vec2 {
+    let at_w = view.motion.pose_wb.position();
+    let mut force_w = Vec2::zeros();
+    for peer in view.neighbours {
+        let apart_w = at_w - peer.pose_wb.position();
+        if aim.is_some() && !goes_first(params, leader, peer, at_w) {
+            continue;
+        }
+        let flocks =
+            aim.is_none() && is_mate(params, peer) && peer.leader == Some(params.leader) && peer.id != params.leader;
+        force_w +=
+            pair_force(params.gain, params.spacing_m, apart_w) * weight(apart_w.norm() / params.spacing_m, flocks);
+    }
+    let drawn_w = match aim {
+        Some(aim) => (aim.place_w - at_w).try_normalize(1e-9).unwrap_or_else(Vec2::zeros) * params.speed_mps,
+        None => {
+            force_w += acceleration_w(leader);
+            force_w += pull_w(params, leader.pose_wb.position() - at_w, spread_m(params, view));
+            leader.vel_w()
+        }
+    };
+    let wish_w = drawn_w + force_w / params.damping_per_s;
+    let idle_mps = if aim.is_none() && stands(params, leader) { AT_REST * params.leader_speed_mps } else { 0.0 };
+    let most_mps = params.speed_mps.min(view.limits.speed_mps_max);
+    wish_w.cap_magnitude((wish_w.norm() - idle_mps).clamp(0.0, most_mps))
+}
+
+/// Whether a peer goes before us: the leader, or who is nearer to it.
+fn goes_first(params: &Params, leader: &Neighbour, peer: &Neighbour, at_w: Vec2) -> bool {
+    let leader_w = leader.pose_wb.position();
+    let theirs_m = (leader_w - peer.pose_wb.position()).norm();
+    peer.id == params.leader || (theirs_m, peer.id) < ((leader_w - at_w).norm(), params.own)
 }
 
 /// How much of the pair force counts at a distance of so many spacings: all repulsion, and of those who flock the
@@ -283,11 +336,10 @@ impl Meeting {
     }
 }
 
-/// A plane for each of the walls' nearest places: returns that are nearer than both beside them.
-pub(super) fn wall_planes(params: &Params, view: &View<'_>) -> Planes {
-    let at_w = view.motion.pose_wb.position();
+/// A plane for each of the walls' nearest places: those that are nearer than both beside them.
+pub(super) fn wall_planes(params: &Params, places_w: &[Vec2], at_w: Vec2) -> Planes {
     let mut planes = Planes::default();
-    let places = returns_w(params, view).map(|place_w| place_w - at_w);
+    let places = places_w.iter().map(|place_w| place_w - at_w);
     let distances = places.clone().map(|apart| apart.norm());
     let before = std::iter::once(f64::INFINITY).chain(distances.clone());
     let after = distances.clone().skip(1).chain(std::iter::once(f64::INFINITY));
@@ -312,6 +364,17 @@ fn are_in_the_way(params: &Params, wish_w: Vec2, walls: &Planes, leader: &Neighb
 /// Whether a leader stands.
 fn stands(params: &Params, leader: &Neighbour) -> bool {
     leader.twist_b.speed_mps.abs() < STANDS * params.leader_speed_mps
+}
+
+/// A velocity turned a little to one side and then to the other: beams are degrees apart.
+fn looking_around(params: &Params, vel_w: Vec2, view: &View<'_>) -> Vec2 {
+    let ahead = vel_w.dot(&view.motion.pose_wb.heading());
+    if ahead < cos(2.0 * LOOK_RAD) * vel_w.norm() {
+        return vel_w; // it is still turning there
+    }
+    let to_left = (view.now.as_secs_f64() / look_s(params)) as u64 % 2 == 0;
+    let off_rad = if to_left { LOOK_RAD } else { -LOOK_RAD };
+    Pose::new(0.0, 0.0, off_rad).rotate(vel_w)
 }
 
 /// Turn towards a velocity and drive forwards as far as it lies ahead.

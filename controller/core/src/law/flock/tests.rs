@@ -247,7 +247,8 @@ fn the_hand_on_the_wall_goes_round_a_tip_and_leaves_towards_the_attractor() {
     let wall: Vec<(Vec2, f64)> = (0..200).map(|k| (Vec2::new(-0.01 * f64::from(k), 0.0), 0.3)).collect();
     let attractor_w = Vec2::new(-1.0, 5.0);
     let mut at_w = Vec2::new(-1.0, -0.35);
-    let mut pledge = Pledge::begin(Stamp::ZERO, at_w, Vec2::new(-1.0, 0.0), Vec2::new(0.1, 1.0));
+    let pose_wb = Pose::new(at_w.x, at_w.y, 0.0);
+    let mut pledge = Pledge::begin(Stamp::ZERO, Vec2::new(-1.0, 0.0), Vec2::new(-0.9, 0.65), &pose_wb);
     for tick in 0..2_000 {
         let near: Vec<(Vec2, f64)> = wall
             .iter()
@@ -267,6 +268,87 @@ fn the_hand_on_the_wall_goes_round_a_tip_and_leaves_towards_the_attractor() {
         assert!((0.28..0.5).contains(&gap_m), "{gap_m} m from the wall at {at_w:?}");
     }
     panic!("it never left the wall: {at_w:?}");
+}
+
+#[test]
+fn a_peer_in_the_way_turns_nothing_that_counts_and_never_holds_the_hand() {
+    use super::pledge::{Along, Pledge, Room};
+    // A straight wall north of the robot, the attractor behind it; the hand goes east.
+    let wall: Vec<(Vec2, f64)> = (-100..100).map(|k| (Vec2::new(0.01 * f64::from(k), 0.35), 0.3)).collect();
+    let attractor_w = Vec2::new(0.1, 5.0);
+    let at_w = Vec2::zeros();
+    let mut pledge = Pledge::begin(Stamp::ZERO, Vec2::new(0.0, 0.35), attractor_w, &Pose::default());
+    let wall_w = |pledge: &Pledge| pledge.wall_w().y;
+    let mut step = |peers: &[(Vec2, f64)], tick: u64| {
+        let points: Vec<(Vec2, f64)> = wall.iter().chain(peers).copied().collect();
+        let room = Room { at_w, points_w: &points, walls: wall.len(), look_m: 0.27 };
+        let way = pledge.step(Stamp::from_millis(tick * 10), &room, attractor_w);
+        assert!((wall_w(&pledge) - 0.35).abs() < 1e-9, "the hand stays on the wall");
+        way
+    };
+    let Along::Way(first_w) = step(&[], 0) else { panic!("a way") };
+    assert!(first_w.x > 0.9, "east: {first_w:?}");
+    // All around stand peers but in the west: the way is more than half a turn from where it was.
+    let ring = |k: i32| (Vec2::new(0.2 * libm::cos(0.1 * f64::from(k)), 0.2 * libm::sin(0.1 * f64::from(k))), 0.1);
+    let peers: Vec<(Vec2, f64)> = (-24..=9).map(ring).collect();
+    let Along::Way(round_w) = step(&peers, 1) else { panic!("a way") };
+    assert!(round_w.x < 0.0, "{round_w:?}");
+    // They go: the turns are what they were, and it is still no time to leave.
+    for tick in 2..50 {
+        let Along::Way(again_w) = step(&[], tick) else { panic!("still behind the wall") };
+        assert!((again_w - first_w).norm() < 0.1, "{again_w:?}");
+    }
+}
+
+#[test]
+fn places_of_the_last_moments_stay_and_older_ones_go() {
+    use super::recent::Recent;
+    let flock = flock_config(vec![[20.0, 0.0]]);
+    let params = params(&flock);
+    let limits = limits();
+    let mut recent = Recent::default();
+    let walls_b = [Vec2::new(0.5, 0.0), Vec2::new(0.0, 5.0)];
+    let mut see = |walls_b: &[Vec2], millis: u64| {
+        let view = view(&[], Twist::ZERO, &limits);
+        recent.look(&params, &View { now: Stamp::from_millis(millis), walls_b, ..view })
+    };
+    assert_eq!(see(&walls_b, 0), [Vec2::new(0.5, 0.0)], "what is beyond S does not count");
+    assert_eq!(see(&[], 200), [Vec2::new(0.5, 0.0)]);
+    assert_eq!(see(&[Vec2::new(0.4, 0.001)], 250), [Vec2::new(0.4, 0.001)], "the nearest of a direction");
+    assert!(see(&[], 5_000).is_empty());
+}
+
+#[test]
+fn a_trail_is_passed_place_by_place_and_not_through_a_wall() {
+    use super::trail::Trail;
+    let flock = flock_config(vec![[20.0, 0.0]]);
+    let params = params(&flock);
+    let mut trail = Trail::default();
+    let heard = |x_m: f64, y_m: f64| peer(1, Pose::new(x_m, y_m, 0.0), 0.5);
+    let at_w = Vec2::new(-3.0, 0.0);
+    // The leader goes east past the end of a wall that lies north of us, and comes back behind it.
+    let wall_w: Vec<Vec2> = (-60..20).map(|k| Vec2::new(0.1 * f64::from(k), 0.9)).collect();
+    let way = (0..60).map(|k| (0.1 * f64::from(k) - 3.0, 0.0)).chain((0..20).map(|k| (3.0, 0.1 * f64::from(k))));
+    for (x_m, y_m) in way.chain((0..60).map(|k| (3.0 - 0.1 * f64::from(k), 2.0))) {
+        trail.hear(&params, &heard(x_m, y_m), (at_w, &wall_w), 0.0);
+    }
+    assert!(trail.aim(&params, at_w, &wall_w).is_none(), "nothing is wrong yet");
+    assert!(trail.turn_back() && !trail.turn_back(), "news once");
+    let aim = trail.aim(&params, at_w, &wall_w).expect("a trail");
+    assert!(aim.clear && aim.place_w.y < 0.1 && aim.place_w.x > at_w.x, "along it, not straight: {aim:?}");
+    // It goes from aim to aim and comes out behind the wall.
+    let mut at_w = at_w;
+    for _ in 0..1_000 {
+        let Some(aim) = trail.aim(&params, at_w, &wall_w) else { break };
+        at_w += (aim.place_w - at_w).cap_magnitude(0.05);
+        trail.hear(&params, &heard(-2.9, 2.0), (at_w, &wall_w), 0.0);
+        let gap_m = wall_w.iter().map(|place_w| (place_w - at_w).norm()).fold(f64::INFINITY, f64::min);
+        assert!(gap_m > params.radius_m, "{at_w:?}");
+    }
+    assert!(trail.aim(&params, at_w, &wall_w).is_none() && at_w.y > 0.9, "{at_w:?}");
+    // Another leader, or one that was not heard for a while: nothing is known.
+    trail.hear(&params, &heard(30.0, 2.0), (at_w, &wall_w), 0.0);
+    assert!(!trail.turn_back());
 }
 
 /// Five robots with random headings, the leader in front.
