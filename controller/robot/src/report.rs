@@ -44,6 +44,9 @@ pub struct View {
     pub scan_age_ms: Option<u64>,
     /// Age of its newest odometry, ms: its drive's link.
     pub odometry_age_ms: Option<u64>,
+    /// To whom it gives way, standing aside on purpose.
+    #[serde(default)]
+    pub gives_way_to: Option<u32>,
     /// How much of its task is done, 0..=1.
     pub progress: f64,
     /// Whether it says that its task is done.
@@ -62,6 +65,9 @@ pub struct View {
     pub ticks: u64,
     /// Requests that its supervisor changed, by reason.
     pub commands_changed: BTreeMap<String, u64>,
+    /// How often it has begun to follow a wall.
+    #[serde(default)]
+    pub wall_entries: u64,
     /// Commands replaced by STOP because they had grown too old before they could be sent.
     pub withheld_commands: u64,
     /// Commands that were too old when they had left.
@@ -170,6 +176,7 @@ impl View {
             nearest_m: status.nearest_m,
             scan_age_ms: age_ms(status.scan_age),
             odometry_age_ms: age_ms(status.odometry_age),
+            gives_way_to: status.gives_way_to.map(|id| id.0),
             progress: status.progress,
             reached: status.reached,
             peers_heard: status.peers_heard,
@@ -178,6 +185,7 @@ impl View {
             battery: status.battery,
             ticks: counters.ticks,
             commands_changed: counters.changed.iter().map(|(why, count)| ((*why).to_owned(), *count)).collect(),
+            wall_entries: counters.wall_entries,
             withheld_commands: 0,
             aged_commands: 0,
             beacons_refused: counters.beacons_refused,

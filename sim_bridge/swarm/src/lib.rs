@@ -13,6 +13,7 @@ mod direct;
 mod ether;
 mod explore;
 mod flock;
+mod measures;
 mod points;
 mod recording;
 mod rehearsal;

@@ -5,6 +5,7 @@
 //! the same bytes twice (invariant 9).
 
 use crate::ether::Ether;
+use crate::measures::Measures;
 use crate::summary::{RunFacts, Summary, Tally, summarise};
 use crate::tasks::beacon_links;
 use crate::trial::Trial;
@@ -213,7 +214,7 @@ impl VirtualSwarm {
             },
             recording_failed: None,
         };
-        summarise(&self.swarm, &self.plant, (&self.tallies, None), facts)
+        summarise(&self.swarm, &self.plant, (&self.tallies, &Measures::default()), facts)
     }
 
     /// Everything recorded so far: file name to bytes.

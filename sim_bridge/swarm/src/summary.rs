@@ -1,6 +1,8 @@
 //! What happened: the document that `drover up --json` prints.
 
-use crate::deployment::{DeployFigures, Deployment};
+use crate::deployment::DeployFigures;
+use crate::flock::FlockFigures;
+use crate::measures::{Measures, Said};
 use drover_config::{Behaviour, Swarm};
 use drover_contract::Vec2;
 use drover_robot::{Report, View};
@@ -48,6 +50,9 @@ pub struct Summary {
     /// Of a deployment: more numbers, beside the others; looked at every 50 ms.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub deploy: Option<DeployFigures>,
+    /// Of a flock: the same.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub flock: Option<FlockFigures>,
     /// The robots, in the file's order.
     pub robots: Vec<RobotSummary>,
 }
@@ -112,6 +117,16 @@ impl Tally {
             self.reached_s = Some(time_s);
         }
         self.view = Some(view);
+    }
+
+    /// What it said last; nothing yet is what a robot says that has only begun.
+    pub(crate) fn said(&self) -> Said {
+        self.view.as_ref().map(Said::from).unwrap_or_default()
+    }
+
+    /// The same at the end: `None` if it died, which is to end without a report, or with a panic.
+    fn last_said(&self) -> Option<Said> {
+        self.report.as_ref().filter(|report| report.panic.is_none()).map(|_| self.said())
     }
 
     /// The robots are about to be told to end: what they do now is what the summary says.
@@ -184,9 +199,10 @@ pub(crate) struct RunFacts {
 pub(crate) fn summarise(
     swarm: &Swarm,
     plant: &Plant,
-    (tallies, deployment): (&[Tally], Option<&Deployment>),
+    (tallies, measures): (&[Tally], &Measures),
     facts: RunFacts,
 ) -> Summary {
+    let deployment = measures.deployment.as_ref();
     let robot = |(index, tally): (usize, &Tally)| {
         let robot = robot_summary(swarm, index, plant, tally);
         // Everybody has a place of their own to be at.
@@ -197,6 +213,8 @@ pub(crate) fn summarise(
     let changed = || robots.iter().flat_map(|robot| robot.commands_changed.values()).sum();
     let ticks = robots.iter().map(|robot| robot.ticks).sum();
     let deploy = deployment.map(|deployment| deployment.figures(plant.arena(), (changed(), ticks), 0));
+    let said = |robot: usize| tallies[robot].last_said();
+    let flock = measures.flocking.as_ref().map(|flocking| flocking.figures(plant.arena(), said));
     let smallest = |gap: fn(&RobotSummary) -> Option<f64>| robots.iter().filter_map(gap).min_by(f64::total_cmp);
     Summary {
         swarm: swarm.name.clone(),
@@ -217,6 +235,7 @@ pub(crate) fn summarise(
         recording_dropped: facts.recording_dropped,
         recording_failed: facts.recording_failed,
         deploy,
+        flock,
         robots,
     }
 }

@@ -4,7 +4,8 @@ use crate::deployment::{DeployFigures, Deployment, is_of_points};
 use crate::digest::Digest;
 use crate::direct::DirectSwarm;
 use crate::explore::{CellSwarm, ExploreFigures, SurveyFigures, Surveying};
-use crate::flock::{FlockFigures, FlockSwarm, Flocking};
+use crate::flock::{FlockFigures, FlockSwarm};
+use crate::measures::{Measures, Said};
 use crate::points::PointSwarm;
 use crate::rehearsal::VirtualSwarm;
 use crate::summary::end_of;
@@ -148,8 +149,7 @@ pub fn trial_of(swarm: &Swarm, fidelity: Fidelity, recorder: Option<&Recorder>) 
 pub fn run_trial(swarm: &Swarm, trial: &mut dyn Trial, watch: &mut dyn Watch) -> Option<TrialResult> {
     let limit = Stamp::ZERO + Duration::from_secs_f64(swarm.duration_s);
     let mut digest = Digest::default();
-    let mut deployment = deploys(swarm).map(|deploy| Deployment::new(swarm, deploy, trial.arena()));
-    let mut flocking = flocks(swarm).map(|flock| Flocking::new(swarm, flock));
+    let mut measures = Measures::new(swarm, trial.arena());
     let mut surveying = Surveying::new(swarm, trial);
     let mut steps = 0;
     while trial.now() < limit && !all_reached(swarm, trial) {
@@ -157,13 +157,8 @@ pub fn run_trial(swarm: &Swarm, trial: &mut dyn Trial, watch: &mut dyn Watch) ->
         trial.step();
         steps += 1;
         digest.take_in(trial.arena());
-        if let Some(deployment) = &mut deployment {
-            let times_s = (trial.now().as_secs_f64(), trial.now().since(before).as_secs_f64());
-            deployment.see(trial.arena(), |robot| trial.status(robot).is_some(), times_s);
-        }
-        if let Some(flocking) = &mut flocking {
-            flocking.see(trial.arena(), |robot| trial.status(robot), trial.now().as_secs_f64());
-        }
+        let times_s = (trial.now().as_secs_f64(), trial.now().since(before).as_secs_f64());
+        measures.see(trial.arena(), |robot| trial.status(robot).map(Said::from), times_s);
         if let Some(surveying) = &mut surveying {
             surveying.see(trial, trial.now().as_secs_f64());
         }
@@ -172,8 +167,9 @@ pub fn run_trial(swarm: &Swarm, trial: &mut dyn Trial, watch: &mut dyn Watch) ->
         }
     }
     let result = TrialResult { steps, ..measure(swarm, trial, digest) };
-    let flock = flocking.map(|flocking| flock_figures(swarm, trial, &flocking));
-    Some(match deployment {
+    let said = |robot| trial.status(robot).map(Said::from);
+    let flock = measures.flocking.map(|flocking| flocking.figures(trial.arena(), said));
+    Some(match measures.deployment {
         Some(deployment) => with_deployment(result, trial, &deployment),
         None => {
             let result = with_exploration(TrialResult { flock, ..result }, trial.explored());
@@ -196,12 +192,6 @@ pub(crate) fn flocks(swarm: &Swarm) -> Option<&Flock> {
         Behaviour::Flock(flock) => Some(flock),
         Behaviour::Deploy(_) | Behaviour::Diffuse(_) | Behaviour::Explore(_) => None,
     }
-}
-
-fn flock_figures(swarm: &Swarm, trial: &dyn Trial, flocking: &Flocking) -> FlockFigures {
-    let living = (0..swarm.robots.len()).filter_map(|robot| trial.status(robot));
-    let entries = living.clone().map(|status| status.counters.wall_entries).sum();
-    flocking.figures(trial.arena(), (living.count(), entries))
 }
 
 /// The result of a deployment: everybody has a place of their own to reach, and the dead reach none.

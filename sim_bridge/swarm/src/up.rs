@@ -112,7 +112,7 @@ where
     if let Some(onlooker) = &mut eyes.onlooker {
         onlooker.begin(Setting::of_swarm(swarm, clock.unix_offset_us()), controls(processes.is_some()));
     }
-    let (ended, time_s) = watcher.watch(&mut eyes, &end, interrupt).await;
+    let (ended, time_s) = watcher.watch(&robots, &mut eyes, &end, interrupt).await;
     watcher.collect(robots).await;
     let facts = RunFacts {
         ended,
@@ -128,8 +128,7 @@ where
         recording_dropped: 0,
         recording_failed: None,
     };
-    let mut summary =
-        plant.with(|plant| summarise(swarm, plant, (&watcher.tallies, watcher.deployment.as_ref()), facts));
+    let mut summary = plant.with(|plant| summarise(swarm, plant, (&watcher.tallies, &watcher.measures), facts));
     watcher.show_end(&mut eyes, &summary);
     pacing.abort();
     // Its ports are free once it is gone: another run may follow at once.

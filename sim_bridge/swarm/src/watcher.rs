@@ -1,10 +1,9 @@
 //! Looks at a run while it goes on: gathers what the robots say, shows it, does what those who look on ask, sees the
 //! end.
 
-use crate::deployment::Deployment;
+use crate::measures::Measures;
 use crate::seen::moment_of;
 use crate::summary::{Summary, Tally};
-use crate::trial::deploys;
 use crate::up::{Robots, UpOptions};
 use drover_bridge::PlantHandle;
 use drover_config::Swarm;
@@ -49,8 +48,7 @@ pub(crate) struct Watcher<'a> {
     /// Whether every robot is a process of its own.
     pub(crate) processes: bool,
     pub(crate) tallies: Vec<Tally>,
-    /// Measures a deployment.
-    pub(crate) deployment: Option<Deployment>,
+    pub(crate) measures: Measures,
     seen_s: f64,
     stop: Option<AskedStop>,
     words: String,
@@ -74,7 +72,7 @@ impl<'a> Watcher<'a> {
             recorder: None,
             processes: false,
             tallies: vec![Tally::default(); swarm.robots.len()],
-            deployment: deploys(swarm).map(|deploy| plant.with(|plant| Deployment::new(swarm, deploy, plant.arena()))),
+            measures: plant.with(|plant| Measures::new(swarm, plant.arena())),
             seen_s: 0.0,
             stop: None,
             words: String::new(),
@@ -85,6 +83,7 @@ impl<'a> Watcher<'a> {
     /// Watch until the end, then tell every robot. Why it ended, and when.
     pub(crate) async fn watch<W, I>(
         &mut self,
+        robots: &Robots,
         eyes: &mut UpOptions<'_, W>,
         end: &watch::Sender<Option<Shutdown>>,
         interrupt: I,
@@ -102,7 +101,7 @@ impl<'a> Watcher<'a> {
                 () = &mut interrupt => break ("interrupted", StopReason::Operator),
             }
             let time_s = self.clock.now().since(began).as_secs_f64();
-            self.look(time_s);
+            self.look(robots, time_s);
             (eyes.on_view)(time_s, &self.tallies);
             if self.attend(eyes) {
                 break (RESTARTED, StopReason::Operator);
@@ -124,15 +123,17 @@ impl<'a> Watcher<'a> {
         (why.into(), self.clock.now().since(began).as_secs_f64())
     }
 
-    fn look(&mut self, time_s: f64) {
+    fn look(&mut self, robots: &Robots, time_s: f64) {
         while let Ok((index, view)) = self.views.try_recv() {
             self.tallies[index].see(view, time_s);
         }
-        if let Some(deployment) = &mut self.deployment {
-            let times_s = (time_s, time_s - self.seen_s);
-            self.plant.with(|plant| deployment.see(plant.arena(), |_| true, times_s));
-            self.seen_s = time_s;
-        }
+        let times_s = (time_s, time_s - self.seen_s);
+        self.seen_s = time_s;
+        // Nobody has been told to end: whose task or process has ended is dead.
+        let lives = |robot: usize| robots.running.get(robot).is_some_and(|running| !running.is_finished());
+        let (tallies, measures) = (&self.tallies, &mut self.measures);
+        let said = |robot: usize| lives(robot).then(|| tallies[robot].said());
+        self.plant.with(|plant| measures.see(plant.arena(), said, times_s));
     }
 
     /// Show the run and do what is asked of it; whether another one is wanted.

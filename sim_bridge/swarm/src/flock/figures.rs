@@ -1,9 +1,9 @@
 //! What a flock is measured by, from outside: where the bodies truly are, step by step.
 
+use crate::measures::Said;
 use crate::points::capsules;
 use drover_config::{Flock, Party, Swarm};
 use drover_contract::Vec2;
-use drover_core::Status;
 use drover_core::deploy::Geodesic;
 use drover_world::Arena;
 use serde::Serialize;
@@ -102,14 +102,14 @@ impl Flocking {
         }
     }
 
-    /// The bodies at `now_s`; `status` is what robots say of themselves, `None` for the dead.
-    pub(crate) fn see<'s>(&mut self, arena: &Arena, status: impl Fn(usize) -> Option<&'s Status>, now_s: f64) {
+    /// The bodies at `now_s`; `said` is what robots say of themselves, `None` for the dead.
+    pub(crate) fn see(&mut self, arena: &Arena, said: impl Fn(usize) -> Option<Said>, now_s: f64) {
         for party in 0..self.parties.len() {
-            let rests = |status: &Status| status.reached || status.gives_way_to.is_some();
-            let ended = status(self.parties[party].leader).is_none_or(rests);
+            let rests = |said: Said| said.reached || said.gives_way;
+            let ended = said(self.parties[party].leader).is_none_or(rests);
             for at in 0..self.parties[party].robots.len() {
                 let robot = self.parties[party].robots[at];
-                self.see_robot(robot, arena, status(robot), (now_s, ended));
+                self.see_robot(robot, arena, said(robot), (now_s, ended));
             }
             if self.strays(&self.parties[party], arena).next().is_some() {
                 self.gathered_s = now_s;
@@ -117,20 +117,20 @@ impl Flocking {
         }
         if now_s >= self.order_due_s {
             self.order_due_s = now_s + ORDER_EVERY_S;
-            let (leader_speed_mps, lives) = (self.leader_speed_mps, |robot: &usize| status(*robot).is_some());
+            let (leader_speed_mps, lives) = (self.leader_speed_mps, |robot: &usize| said(*robot).is_some());
             self.parties.iter_mut().for_each(|party| party.see_order(arena, lives, (now_s, leader_speed_mps)));
         }
     }
 
-    fn see_robot(&mut self, robot: usize, arena: &Arena, status: Option<&Status>, (now_s, ended): (f64, bool)) {
+    fn see_robot(&mut self, robot: usize, arena: &Arena, said: Option<Said>, (now_s, ended): (f64, bool)) {
         let at_w = arena.state(robot).pose_wb.position();
         let spot = &mut self.spots[robot];
-        let Some(status) = status else { return };
-        if ended || status.reached || (at_w - spot.at_w).norm() > spot.radius_m {
+        let Some(said) = said else { return };
+        if ended || said.reached || (at_w - spot.at_w).norm() > spot.radius_m {
             (spot.at_w, spot.since_s) = (at_w, now_s);
         }
         self.stuck_s = self.stuck_s.max(now_s - spot.since_s);
-        let since_s = status.gives_way_to.map(|_| spot.gives_way_since_s.unwrap_or(now_s));
+        let since_s = said.gives_way.then(|| spot.gives_way_since_s.unwrap_or(now_s));
         spot.gives_way_since_s = since_s;
         self.gave_way_s = self.gave_way_s.max(since_s.map_or(0.0, |since_s| now_s - since_s));
     }
@@ -141,12 +141,13 @@ impl Flocking {
         party.robots.iter().copied().filter(far)
     }
 
-    /// What came out; `living`: how many of the robots still live, `entries`: how often they began to follow a wall.
-    pub(crate) fn figures(&self, arena: &Arena, (living, entries): (usize, u64)) -> FlockFigures {
+    /// What came out; `said` is what robots said last, `None` for the dead.
+    pub(crate) fn figures(&self, arena: &Arena, said: impl Fn(usize) -> Option<Said>) -> FlockFigures {
+        let living: Vec<Said> = (0..self.spots.len()).filter_map(said).collect();
         let lost: usize = self.parties.iter().map(|party| self.strays(party, arena).count()).sum();
         let worst = |of: &dyn Fn(&Members) -> f64| self.parties.iter().map(of).fold(0.0, f64::max);
         FlockFigures {
-            success: lost == 0 && living == self.spots.len(),
+            success: lost == 0 && living.len() == self.spots.len(),
             lost: lost as u64,
             order: self.parties.iter().map(Members::order).fold(1.0, f64::min),
             cohesion_m: worst(&|party| party.cohesion_m(arena)),
@@ -154,7 +155,7 @@ impl Flocking {
             path_ratio: self.path_ratio(arena),
             stuck_s: self.stuck_s,
             gave_way_s: self.gave_way_s,
-            wall_entries: entries,
+            wall_entries: living.iter().map(|said| said.wall_entries).sum(),
         }
     }
 
