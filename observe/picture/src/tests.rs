@@ -45,7 +45,7 @@ fn run(robots: u32) -> Run {
     let moment = |tick: u32| {
         let time_s = f64::from(tick) * 0.1;
         let robots = (1..=robots).map(|id| robot(id, time_s, robots)).collect();
-        Moment { time_s, robots, ..Moment::default() }
+        Moment { time_s, robots, movers_m: vec![[2.0 + 0.1 * time_s, 2.0]], ..Moment::default() }
     };
     Run {
         setting: Setting {
@@ -166,6 +166,7 @@ fn numbers_without_sense_do_no_harm() {
         odd.setting.goal = Some(GoalSetting { at_m: [2.0, value], within_m: value });
         odd.setting.place.map = odd.setting.place.map.map(|map| MapSetting { resolution_m: value, ..map });
         odd.interventions[3].time_s = value;
+        odd.moments.iter_mut().for_each(|moment| moment.movers_m.push([value, value]));
         for moment in odd.moments.iter_mut().skip(40).take(3) {
             moment.time_s = value;
             let truth =

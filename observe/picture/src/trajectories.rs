@@ -71,6 +71,7 @@ fn draw(run: &Run, title: &str) -> Result<String, PictureError> {
         };
         let plane = Plane::draw(sheet, frame, axes(false))?;
         world(sheet, &plane, &run.setting.place)?;
+        movers(sheet, &plane, run)?;
         aims(sheet, &plane, run)?;
         robots(sheet, &plane, &ways)?;
         legend(sheet, frame, run, top)
@@ -160,18 +161,23 @@ fn world(sheet: &Sheet, plane: &Plane, place: &PlaceSetting) -> Drawn {
         disc(sheet, at, radius, SOLID.filled())?;
         disc(sheet, at, radius, pen(WALL, 1.5))?;
     }
-    for points in place.polylines_m.iter().filter(|points| finite(points)) {
-        line(sheet, points.iter().map(|point| plane.at(*point)).collect(), pen(WALL, 2.5))?;
-    }
-    let can_be_drawn = |mover: &&MoverSetting| finite(&mover.round_m) && mover.radius_m.is_finite();
-    place.movers.iter().filter(can_be_drawn).try_for_each(|mover| draw_mover(sheet, plane, mover))
+    let mut chains = place.polylines_m.iter().filter(|points| finite(points));
+    chains.try_for_each(|points| line(sheet, points.iter().map(|point| plane.at(*point)).collect(), pen(WALL, 2.5)))
 }
 
-/// What moves, where it starts: a disc on its way.
-fn draw_mover(sheet: &Sheet, plane: &Plane, mover: &MoverSetting) -> Drawn {
-    dashed(sheet, &closed(plane, &mover.round_m), WALL)?;
-    let start_m = mover.round_m.first().copied().unwrap_or_default();
-    disc(sheet, plane.at(start_m), radius(plane, start_m, mover.radius_m), pen(WALL, 1.5))
+/// What moves, and its way: where it was last seen, as robots are; where it starts if nobody told.
+fn movers(sheet: &Sheet, plane: &Plane, run: &Run) -> Drawn {
+    let told_m = run.moments.last().map(|moment| moment.movers_m.as_slice()).unwrap_or_default();
+    for (number, mover) in run.setting.place.movers.iter().enumerate() {
+        let MoverSetting { radius_m, round_m } = mover;
+        let Some(at_m) = told_m.get(number).or(round_m.first()) else { continue };
+        if !finite(round_m) || !at_m.iter().chain([radius_m]).all(|value| value.is_finite()) {
+            continue;
+        }
+        dashed(sheet, &closed(plane, round_m), WALL)?;
+        disc(sheet, plane.at(*at_m), radius(plane, *at_m, *radius_m), pen(WALL, 1.5))?;
+    }
+    Ok(())
 }
 
 fn radius(plane: &Plane, [x, y]: [f64; 2], r: f64) -> i32 {

@@ -22,7 +22,7 @@ fn coarsen_place(place: &mut Place) {
     coarsen([&mut place.x_m, &mut place.y_m, &mut place.yaw_rad]);
 }
 
-/// The robots of `moment`, rounded; without what else hangs on them.
+/// The robots and movers of `moment`, rounded; without what else hangs on them.
 pub(crate) fn coarse_moment(moment: &Moment) -> Moment {
     let mut robots: Vec<RobotMoment> = moment.robots.clone();
     for robot in &mut robots {
@@ -36,7 +36,9 @@ pub(crate) fn coarse_moment(moment: &Moment) -> Moment {
         coarsen([&mut robot.pos_bound_m, &mut robot.progress]);
         coarsen(robot.nearest_m.iter_mut().chain(&mut robot.charge));
     }
-    Moment { robots, ..moment.clone() }
+    let mut movers_m = moment.movers_m.clone();
+    coarsen(movers_m.iter_mut().flatten());
+    Moment { robots, movers_m, ..moment.clone() }
 }
 
 /// The scan with ranges rounded.

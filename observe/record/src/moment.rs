@@ -16,6 +16,9 @@ pub struct Moment {
     pub run: RunState,
     /// The robots, in the setting's order.
     pub robots: Vec<RobotMoment>,
+    /// Where the place's movers are, in the setting's order, metres; empty in the field, and where nobody told.
+    #[serde(default, skip_serializing_if = "Vec::is_empty", serialize_with = "short_points")]
+    pub movers_m: Vec<[f64; 2]>,
     /// Smallest gap between two bodies so far, metres, by the simulator's truth; `None`: one robot, or in the field.
     #[serde(serialize_with = "short_option")]
     pub min_gap_robot_m: Option<f64>,
@@ -209,6 +212,10 @@ fn short_pair<S: Serializer>(value: &[f64; 2], serializer: S) -> Result<S::Ok, S
 
 fn short_pair_option<S: Serializer>(value: &Option<[f64; 2]>, serializer: S) -> Result<S::Ok, S::Error> {
     value.map(|pair| pair.map(rounded)).serialize(serializer)
+}
+
+pub(crate) fn short_points<S: Serializer>(points: &[[f64; 2]], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(points.iter().map(|point| point.map(rounded)))
 }
 
 fn short_list<S: Serializer>(values: &[Option<f64>], serializer: S) -> Result<S::Ok, S::Error> {

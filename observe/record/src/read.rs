@@ -277,6 +277,7 @@ fn moment_of(run: &RunRecord) -> Moment {
         time_s: run.time_s,
         run: run.run.clone(),
         robots: Vec::new(),
+        movers_m: run.movers_m.clone(),
         min_gap_robot_m: run.min_gap_robot_m,
         min_gap_wall_m: run.min_gap_wall_m,
     }

@@ -33,6 +33,8 @@ fn setting_and_moments_come_back_with_scans_and_what_was_heard() {
         let expected = expected(step);
         assert!((found.time_s - expected.time_s).abs() < 1e-9, "{} {}", found.time_s, expected.time_s);
         assert_eq!(found.run, expected.run);
+        let moved_m = (found.movers_m[0][0] - expected.movers_m[0][0]).abs();
+        assert!(found.movers_m.len() == 1 && moved_m < 1e-4, "{found:?}");
         assert_eq!((found.min_gap_robot_m, found.min_gap_wall_m), (Some(0.75), None));
         for (found, expected) in found.robots.iter().zip(&expected.robots) {
             let (scan, wanted) = (found.scan.as_ref().expect("a scan"), expected.scan.as_ref().expect("one"));
@@ -181,6 +183,15 @@ fn a_file_on_a_disk_is_opened_and_what_is_none_is_refused_with_advice() {
         assert!(refused.contains(why) && refused.contains("give the run.mcap"), "{refused}");
     }
     std::fs::remove_dir_all(&folder).expect("our folder");
+}
+
+#[test]
+fn a_run_that_was_written_down_before_movers_were_told_is_read() {
+    let run = r#"{"phase":"running","rate":1.0,"words":"","stop":null}"#;
+    let text = format!(r#"{{"time_s":1.5,"run":{run},"min_gap_robot_m":0.75,"min_gap_wall_m":null}}"#);
+    let record: RunRecord = serde_json::from_str(&text).expect("an old recording's");
+    assert_eq!((record.movers_m.len(), record.min_gap_robot_m), (0, Some(0.75)));
+    assert_eq!(serde_json::to_string(&record).expect("text"), text, "no place without movers has anything new");
 }
 
 #[test]

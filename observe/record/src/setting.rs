@@ -90,7 +90,7 @@ pub struct PlaceSetting {
     pub movers: Vec<MoverSetting>,
 }
 
-/// A round obstacle that moves. Where it is at a moment nobody tells: it waits for robots.
+/// A round obstacle that moves. Where it is, each moment tells: it waits for robots, so its way and the time do not.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MoverSetting {
     /// Its radius, metres.

@@ -21,6 +21,7 @@ pub(crate) fn moment_of(
         time_s: now.as_secs_f64(),
         run,
         robots: robots.collect(),
+        movers_m: arena.movers().map(|(at_w, _)| [at_w.x, at_w.y]).collect(),
         min_gap_robot_m: arena.min_gap_robot_m(),
         min_gap_wall_m: arena.min_gap_wall_m(),
     }

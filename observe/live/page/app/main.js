@@ -8,7 +8,8 @@ import { Layer } from "./layer.js";
 import { Panel } from "./panel.js";
 import { Place } from "./place.js";
 import {
-  MANY, bodyAt, drawBeliefs, drawBodies, drawLabels, drawLinks, drawScaleBar, drawScans, drawTargets, drawTrails,
+  MANY, bodyAt, drawBeliefs, drawBodies, drawLabels, drawLinks, drawMovers, drawScaleBar, drawScans, drawTargets,
+  drawTrails,
 } from "./robots.js";
 import { Swarm } from "./swarm.js";
 import { colours, startTheme } from "./theme.js";
@@ -169,6 +170,7 @@ function draw(now, ratio) {
   slow.show(context, camera, ratio, now, { key, draw: drawSlow });
   if (!shown.links) links = 0;
   camera.apply(context, ratio);
+  drawMovers(context, camera, swarm);
   if (!many && shown.links) links = drawLinks(context, camera, swarm);
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
   if (shown.targets) drawTargets(context, camera, swarm);
@@ -201,6 +203,7 @@ function updateHooks() {
   hooks.time = moment.time_s.toFixed(2);
   hooks.robots = swarm.bodies.filter((body) => body.at).length;
   hooks.links = links;
+  hooks.movers = swarm.movers.map((mover) => mover.map((value) => value.toFixed(3))).join(" ");
   hooks.trails = shown.trails ? swarm.bodies.filter((body) => body.trail.length >= 2).length : 0;
 }
 

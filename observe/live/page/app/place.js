@@ -118,7 +118,7 @@ export class Place {
     context.lineWidth = 3 * px;
     context.lineJoin = "round";
     context.stroke();
-    for (const mover of place.movers ?? []) this.drawMover(context, mover, px);
+    for (const { round_m: round } of place.movers ?? []) this.drawRound(context, round, px);
     if (route.length) this.drawRoute(context, route, px);
     if (goal) this.drawGoal(context, goal, px);
   }
@@ -157,13 +157,10 @@ export class Place {
     context.globalAlpha = 1;
   }
 
-  /** What moves, where it starts: where it is at a moment nobody tells. */
-  drawMover(context, { round_m: round, radius_m: radius }, px) {
-    const [x, y] = round[0];
+  /** The way of what moves. */
+  drawRound(context, round, px) {
     context.beginPath();
     trace(context, round, true);
-    context.moveTo(x + radius, y);
-    context.arc(x, y, radius, 0, 2 * Math.PI);
     context.strokeStyle = colours.wall;
     context.lineWidth = 1.5 * px;
     context.setLineDash([6 * px, 6 * px]);

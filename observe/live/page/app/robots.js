@@ -199,6 +199,20 @@ function traceSign(context, body, camera) {
   sign?.(context, x, y, u);
 }
 
+/** What moves and is no robot; in metres. */
+export function drawMovers(context, camera, swarm) {
+  context.beginPath();
+  for (const [x, y, r] of swarm.movers) {
+    context.moveTo(x + r, y);
+    context.arc(x, y, r, 0, FULL);
+  }
+  context.fillStyle = colours.solid;
+  context.fill();
+  context.strokeStyle = colours.wall;
+  context.lineWidth = 1.5 / camera.scale;
+  context.stroke();
+}
+
 export function drawBodies(context, camera, swarm, selected) {
   const byState = new Map();
   for (const body of swarm.bodies) {

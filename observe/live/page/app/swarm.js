@@ -38,6 +38,7 @@ export class Swarm {
     this.byId = new Map(this.bodies.map((body) => [body.id, body]));
     this.history = [];
     this.links = [];
+    this.movers = [];
     this.moment = null;
     this.interval = 50;
   }
@@ -148,7 +149,7 @@ export class Swarm {
     this.links = [...pairs.values()];
   }
 
-  /** Put every body where it is shown at `now`. */
+  /** Put every body and every mover where it is shown at `now`. */
   pose(now) {
     const delay = Math.min(DELAY_MS_MAX, Math.max(DELAY_MS, this.interval * 1.2));
     const shown = now - delay;
@@ -164,6 +165,12 @@ export class Swarm {
       body.at = betweenPlaces(placeOf(ra), placeOf(rb), share);
       body.believed = betweenPlaces(ra.believed, rb.believed, share);
     }
+    // Old recordings do not tell where movers are.
+    const from = a.moment.movers_m ?? [];
+    const to = b?.moment.movers_m ?? from;
+    this.movers = (this.setting.place.movers ?? []).slice(0, Math.min(from.length, to.length)).map(
+      ({ radius_m: r }, at) => [between(from[at][0], to[at][0], share), between(from[at][1], to[at][1], share), r],
+    );
   }
 
   /** [west, south, east, north] of the bodies; null while none is known. */

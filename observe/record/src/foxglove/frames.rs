@@ -24,13 +24,19 @@ pub fn body_frame(id: u32) -> String {
     format!("body-{id}")
 }
 
+/// The frame of where the `number`-th mover of the place is, from 1; in simulation only.
+#[must_use]
+pub fn mover_frame(number: usize) -> String {
+    format!("mover-{number}")
+}
+
 /// The topic of what robot `id` tells under `name`: `/robot-3/scan`.
 #[must_use]
 pub fn topic(id: u32, name: &str) -> String {
     format!("/robot-{id}/{name}")
 }
 
-/// Where the robots are: `world` to `robot-N` as believed, and to `body-N` as it is where that is known.
+/// Where everybody is: `world` to `robot-N` as believed, and to `body-N` and `mover-N` as it is where that is known.
 #[must_use]
 pub fn transforms(unix_us: u64, moment: &Moment) -> FrameTransforms {
     let mut transforms = Vec::with_capacity(2 * moment.robots.len());
@@ -38,6 +44,10 @@ pub fn transforms(unix_us: u64, moment: &Moment) -> FrameTransforms {
         let believed = robot.believed.map(|place| transform(unix_us, robot_frame(robot.id), place));
         let truth = robot.truth.map(|truth| transform(unix_us, body_frame(robot.id), truth.place));
         transforms.extend(believed.into_iter().chain(truth));
+    }
+    for (number, [x_m, y_m]) in (1..).zip(&moment.movers_m) {
+        let place = Place { x_m: *x_m, y_m: *y_m, yaw_rad: 0.0 };
+        transforms.push(transform(unix_us, mover_frame(number), place));
     }
     FrameTransforms { transforms }
 }
@@ -176,9 +186,11 @@ mod tests {
         let first = RobotMoment { id: 1, believed: Some(place), truth, ..RobotMoment::default() };
         let second = RobotMoment { id: 2, believed: Some(place), ..RobotMoment::default() };
         let third = RobotMoment { id: 3, ..RobotMoment::default() };
-        let told = transforms(7, &Moment { robots: vec![first, second, third], ..Moment::default() });
+        let (robots, movers_m) = (vec![first, second, third], vec![[0.0, 1.0], [4.0, 5.0]]);
+        let told = transforms(7, &Moment { robots, movers_m, ..Moment::default() });
         let frames: Vec<&str> = told.transforms.iter().map(|one| one.child_frame_id.as_str()).collect();
-        assert_eq!(frames, ["robot-1", "body-1", "robot-2"]);
+        assert_eq!(frames, ["robot-1", "body-1", "robot-2", "mover-1", "mover-2"]);
+        assert_eq!(told.transforms[4].translation, Some(Vector3 { x: 4.0, y: 5.0, z: 0.0 }));
         let turned = told.transforms[0].rotation.expect("a rotation");
         assert!((turned.z - 1.0).abs() < 1e-12 && turned.w.abs() < 1e-12);
         assert_eq!(told.transforms[0].timestamp.map(|stamp| stamp.nsec()), Some(7_000));

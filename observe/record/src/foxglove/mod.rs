@@ -1,7 +1,7 @@
 //! A swarm in Foxglove's messages: what recordings hold and what a live Foxglove connection is sent.
 //!
 //! Frames: `world` (ENU, metres); `robot-N`, where robot N believes to be; `body-N`, where its body truly is, in
-//! simulation only. Every time here is `unix_us`, microseconds since the Unix epoch. What draws a place, robots or
+//! simulation only, and `mover-N`, where the N-th mover of the place is, from 1. Every time here is `unix_us`, microseconds since the Unix epoch. What draws a place, robots or
 //! links is made to be seen: heights and colours mean nothing.
 
 mod frames;
@@ -12,7 +12,7 @@ mod state;
 #[cfg(test)]
 mod tests;
 
-pub use frames::{WORLD, body_frame, grid, laser_scan, log, robot_frame, scan_moment, topic, transforms};
+pub use frames::{WORLD, body_frame, grid, laser_scan, log, mover_frame, robot_frame, scan_moment, topic, transforms};
 pub use own::{Beacon, BeaconHeard, Decision, HeardLink, LinkHealth, State, Wire, WireGroup};
 pub use scene::{scene_links, scene_place, scene_robots};
 

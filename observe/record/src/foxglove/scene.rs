@@ -1,8 +1,8 @@
 //! What is drawn: the place, the robots, and who hears whom.
 
-use super::frames::{WORLD, body_frame, robot_frame};
+use super::frames::{WORLD, body_frame, mover_frame, robot_frame};
 use super::{color, point, pose, timestamp};
-use crate::{Moment, PlaceSetting, RobotSetting, Setting, Source};
+use crate::{Moment, MoverSetting, PlaceSetting, RobotSetting, Setting, Source};
 use foxglove::messages::line_primitive::Type as Line;
 use foxglove::messages::{
     ArrowPrimitive, Color, CylinderPrimitive, Duration, LinePrimitive, Point3, SceneEntity, SceneUpdate,
@@ -29,8 +29,8 @@ const KEPT: [f64; 4] = [0.95, 0.60, 0.10, 1.0];
 const HEARD: [f64; 4] = [0.60, 0.65, 0.70, 0.5];
 const TEXT: [f64; 4] = [1.0, 1.0, 1.0, 1.0];
 
-/// The place, the ways of what moves in it, the leader's way and the goal, in the frame `world`. It stays: it is sent
-/// once.
+/// The place, the ways of what moves in it, the leader's way and the goal, in the frame `world`; and each mover in the
+/// frame that moves with it. It stays: it is sent once.
 #[must_use]
 pub fn scene_place(unix_us: u64, setting: &Setting) -> SceneUpdate {
     let route = SceneEntity {
@@ -39,7 +39,9 @@ pub fn scene_place(unix_us: u64, setting: &Setting) -> SceneUpdate {
     };
     let goal = setting.goal.map(|goal| cylinder(goal.at_m, goal.within_m, GROUND_M, color(GOAL)));
     let goal = SceneEntity { cylinders: goal.into_iter().collect(), ..entity(unix_us, WORLD.into(), "goal") };
-    SceneUpdate { deletions: Vec::new(), entities: vec![place(unix_us, &setting.place), route, goal] }
+    let mut entities = vec![place(unix_us, &setting.place), route, goal];
+    entities.extend((1..).zip(&setting.place.movers).map(|(number, it)| mover(unix_us, number, it)));
+    SceneUpdate { deletions: Vec::new(), entities }
 }
 
 fn place(unix_us: u64, place: &PlaceSetting) -> SceneEntity {
@@ -58,10 +60,13 @@ fn place(unix_us: u64, place: &PlaceSetting) -> SceneEntity {
     drawn.cylinders.extend(circles.map(|[x, y, radius_m]| cylinder([*x, *y], *radius_m, WALL_M, color(OBSTACLE))));
     for mover in &place.movers {
         drawn.lines.extend(line(Line::LineLoop, points(&mover.round_m, 2.0 * GROUND_M), 1.0, OBSTACLE));
-        let start_m = mover.round_m.first();
-        drawn.cylinders.extend(start_m.map(|at_m| cylinder(*at_m, mover.radius_m, GROUND_M, color(OBSTACLE))));
     }
     drawn
+}
+
+fn mover(unix_us: u64, number: usize, mover: &MoverSetting) -> SceneEntity {
+    let body = cylinder([0.0, 0.0], mover.radius_m, WALL_M, color(OBSTACLE));
+    SceneEntity { cylinders: vec![body], ..entity(unix_us, mover_frame(number), &mover_frame(number)) }
 }
 
 /// The robots, each in the frame that moves with it: `body-N` in simulation, `robot-N` in the field. They are sent once
@@ -251,10 +256,12 @@ mod tests {
     fn the_place_is_drawn_once_and_stays() {
         let update = scene_place(5, &setting());
         let names: Vec<&str> = update.entities.iter().map(|entity| entity.id.as_str()).collect();
-        assert_eq!(names, ["place", "route", "goal"]);
-        assert!(update.entities.iter().all(|entity| entity.lifetime.is_none() && entity.frame_id == "world"));
+        assert_eq!(names, ["place", "route", "goal", "mover-1"]);
+        assert!(update.entities.iter().all(|entity| entity.lifetime.is_none() && entity.frame_locked));
+        let frames: Vec<&str> = update.entities.iter().map(|entity| entity.frame_id.as_str()).collect();
+        assert_eq!(frames, ["world", "world", "world", "mover-1"]);
         let place = &update.entities[0];
-        assert_eq!((place.lines.len(), place.triangles.len(), place.cylinders.len()), (4, 3, 2));
+        assert_eq!((place.lines.len(), place.triangles.len(), place.cylinders.len()), (4, 3, 1));
         assert_eq!(place.triangles[0].indices.len(), 4 * 6);
         assert_eq!(place.triangles[2].indices.len(), 2 * 6);
         let size = place.cylinders[0].size.expect("a size");

@@ -4,7 +4,7 @@ use super::sealed::{Gathered, Sealed, Store};
 use crate::coarse::{coarse_moment, coarse_scan};
 use crate::foxglove as fox;
 use crate::foxglove::{Beacon, Decision, LinkHealth, State};
-use crate::moment::{Moment, RunState, ScanMoment};
+use crate::moment::{Moment, RunState, ScanMoment, short_points};
 use crate::setting::Setting;
 use crate::wire::{Shared, pack};
 use drover_codec::beacon::{self, Message as BeaconMessage};
@@ -52,6 +52,9 @@ pub(crate) struct RunRecord {
     pub(crate) run: RunState,
     pub(crate) min_gap_robot_m: Option<f64>,
     pub(crate) min_gap_wall_m: Option<f64>,
+    /// Not in recordings of places without movers, nor in those made before movers were told.
+    #[serde(default, skip_serializing_if = "Vec::is_empty", serialize_with = "short_points")]
+    pub(crate) movers_m: Vec<[f64; 2]>,
 }
 
 /// One thing to record.
@@ -249,6 +252,7 @@ impl Deck {
                 run: moment.run.clone(),
                 min_gap_robot_m: moment.min_gap_robot_m,
                 min_gap_wall_m: moment.min_gap_wall_m,
+                movers_m: moment.movers_m.clone(),
             };
             self.json("/run", "drover.Run", at_us, &record)?;
         }
@@ -331,7 +335,7 @@ fn json_schema(name: &str) -> Vec<u8> {
     let list = serde_json::json!({ "type": "array" });
     let properties = match name {
         "drover.Run" => serde_json::json!({
-            "time_s": number, "run": object, "min_gap_robot_m": number, "min_gap_wall_m": number
+            "time_s": number, "run": object, "min_gap_robot_m": number, "min_gap_wall_m": number, "movers_m": list
         }),
         "drover.Begin" => serde_json::json!({
             "robot": number, "epoch": number, "now_us": number, "unix_offset_us": number, "file": text

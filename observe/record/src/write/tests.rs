@@ -101,6 +101,7 @@ pub(crate) fn moment(step: u32) -> Moment {
         time_s: f64::from(step) * 0.1,
         run: RunState { rate: 1.0, words: format!("step {step}"), ..RunState::default() },
         robots: vec![robot(1), robot(2)],
+        movers_m: vec![[at_m, 3.0]],
         min_gap_robot_m: Some(0.75),
         min_gap_wall_m: None,
     }
