@@ -1,8 +1,23 @@
 //! `drover up` from start to end.
 
 use crate::common::{assert_reached_safely, exported, json, private, signal, up, up_command};
+use serde_json::Value;
 use std::process::{Command, Stdio};
 use std::time::Duration;
+
+/// What a flock is measured by, of a run in which nobody is in anybody's way; a flat part of the summary, as in `sim`.
+fn assert_flocked(summary: &Value) {
+    let number = |name: &str| summary[name].as_f64().unwrap_or_else(|| panic!("{name} is no number: {summary:#}"));
+    assert_eq!((&summary["success"], &summary["lost"]), (&Value::from(true), &Value::from(0)), "{summary:#}");
+    // The leader goes on straight for the last five seconds of its way, and its flock behind it.
+    assert!((0.9..=1.0).contains(&number("order")), "{summary:#}");
+    assert!(number("cohesion_m") > 0.5 && number("cohesion_m") < 4.0, "{summary:#}");
+    assert!(number("gathered_s") < number("time_s"), "{summary:#}");
+    assert!((0.8..1.2).contains(&number("path_ratio")), "{summary:#}");
+    // Nobody moves before its drive is ready; then all do.
+    assert!(number("stuck_s") > 0.0 && number("stuck_s") < 15.0, "{summary:#}");
+    assert!(number("gave_way_s") <= 0.0 && summary["wall_entries"].is_u64(), "{summary:#}");
+}
 
 #[test]
 fn the_first_swarm_reaches_its_end_with_robots_as_tasks() {
@@ -10,6 +25,7 @@ fn the_first_swarm_reaches_its_end_with_robots_as_tasks() {
     let output = up(folder.path(), &["--duration", "60", "--seed", "1", "--json"]);
     let summary = json(&output);
     assert_reached_safely(&summary);
+    assert_flocked(&summary);
     assert_eq!(summary["processes"], false);
     assert_eq!(output.status.code(), Some(0));
     let recording = std::path::Path::new(summary["recording"].as_str().expect("a file")).to_owned();
@@ -28,6 +44,7 @@ fn the_first_swarm_reaches_its_end_with_every_robot_a_process() {
     let output = up(folder.path(), &["--duration", "60", "--seed", "1", "--json", "--processes"]);
     let summary = json(&output);
     assert_reached_safely(&summary);
+    assert_flocked(&summary);
     assert_eq!(summary["processes"], true);
     assert_eq!(output.status.code(), Some(0));
 }
