@@ -1,7 +1,9 @@
 //! Flocking in virtual time: the paper as printed, what ships, parties that meet, a leader that dies, real bodies.
 
+use crate::support::{at_rest, at_s, braking_s, moves, reaction_s};
 use drover_config::{Behaviour, Override, Swarm, load_swarm};
-use drover_swarm::{Fidelity, FlockFigures, FlockSwarm, Trial, TrialResult, run_trial, trial_of};
+use drover_contract::RobotId;
+use drover_swarm::{Fidelity, FlockFigures, FlockSwarm, Trial, TrialResult, VirtualSwarm, run_trial, trial_of};
 use rayon::prelude::*;
 use std::path::Path;
 
@@ -110,8 +112,56 @@ fn without_their_leader_followers_stop_or_elect_another() {
 
 #[test]
 fn bodies_with_noisy_lidars_arrive_without_a_touch_over_the_wire() {
-    for name in ["scouts_u", "scouts_t", "scouts_door"] {
+    for name in ["scouts_u", "scouts_t", "scouts_door", "scouts_headon", "scouts_mover"] {
         let run = run(name, (1, Fidelity::Wire), &[]);
-        assert!(run.reached && run.touched == 0, "{name}: {run:?}");
+        assert!(run.reached && figures(&run).success && run.touched == 0, "{name}: {run:?}");
+        assert_eq!(figures(&run).gave_way_s > 0.0, name == "scouts_headon", "{name}: {run:?}");
+    }
+}
+
+/// Rovers over the wire whose leader's process, the first of the file, dies at `dies_s`.
+fn without_leader(dies_s: f64, seed: u64, set: &[&str]) -> (Swarm, VirtualSwarm) {
+    let swarm = scene("scouts_u", seed, set);
+    let mut rovers = at_rest(&swarm);
+    rovers.run_until(at_s(dies_s));
+    assert!((0..swarm.robots.len()).all(|robot| moves(&rovers, robot)), "all are under way");
+    rovers.kill(0);
+    (swarm, rovers)
+}
+
+#[test]
+fn bodies_without_their_leader_stop_in_time_and_stay_if_nobody_is_to_be_elected() {
+    let (swarm, mut rovers) = without_leader(20.0, 1, &["behaviour.leader_loss=stop"]);
+    let kind = swarm.kind_of(&swarm.robots[1]);
+    let bound_s = f64::from(kind.timeouts.peer_ms) * 1e-3 + reaction_s(kind) + braking_s(kind);
+    let killed = rovers.now();
+    let mut moved_s: f64 = 0.0;
+    while rovers.now() < at_s(60.0) {
+        rovers.step();
+        if (1..swarm.robots.len()).any(|robot| moves(&rovers, robot)) {
+            moved_s = rovers.now().since(killed).as_secs_f64();
+        }
+    }
+    assert!(moved_s > 0.0 && moved_s <= bound_s, "moved until {moved_s:.2} s after, the bound is {bound_s:.2} s");
+    for robot in 1..swarm.robots.len() {
+        let status = rovers.robot(robot).expect("alive").status();
+        assert!(status.verdict.to_string().contains("leader") && !status.reached, "{status:?}");
+    }
+}
+
+#[test]
+fn bodies_without_their_leader_elect_another_and_arrive_if_they_are_to() {
+    for seed in 1..4 {
+        // It starts aside of the way, and dies before it is on it: its body is in nobody's.
+        let set = ["behaviour.leader_loss=elect", "robot[0].start.y_m=21.0"];
+        let (swarm, mut rovers) = without_leader(6.0, seed, &set);
+        rovers.run_until(at_s(12.0));
+        let leader = |robot: usize| rovers.robot(robot).expect("alive").status().leader;
+        assert!((1..swarm.robots.len()).all(|robot| leader(robot) == Some(RobotId(2))), "the lowest id of the living");
+        let summary = rovers.run();
+        assert_eq!(summary.ended, "every robot reached the end", "{summary:#?}");
+        assert!(summary.robots[1..].iter().all(|robot| robot.reached), "{summary:#?}");
+        let gaps_m = [summary.min_gap_robot_m, summary.min_gap_wall_m];
+        assert!(gaps_m.into_iter().flatten().all(|gap_m| gap_m > 0.0), "{summary:#?}");
     }
 }

@@ -10,6 +10,7 @@ mod flock;
 mod hostile;
 mod journey;
 mod mirror;
+mod movers;
 mod replay;
 mod shadow;
 mod support;
