@@ -72,6 +72,36 @@ fn time_is_held_goes_on_goes_twice_as_fast_and_begins_anew() {
 }
 
 #[test]
+fn movers_are_drawn_where_they_are_now() {
+    let _alone = alone();
+    let file = first_toml().with_file_name("flock_scouts_mover.toml");
+    let shown = Shown::up(&file, LOOPBACK, &["--no-record"]);
+    let found = Browser::open("movers", &shown).found();
+    assert_clean(&found, &shown);
+    // Each time what was told, [x, y] a mover, and what was drawn then: x, y and radius a mover, as text.
+    let [before, after] = [0, 1].map(|look| {
+        let [told, drawn] = [0, 1].map(|at| &found["seen"][look][at]);
+        let drawn = drawn.as_str().expect("text").split(' ').map(|mover| {
+            let numbers: Vec<f64> = mover.split(',').map(|number| number.parse().expect("a number")).collect();
+            (numbers[0], numbers[1], numbers[2])
+        });
+        let drawn: Vec<(f64, f64, f64)> = drawn.collect();
+        assert_eq!((told.as_array().map(Vec::len), drawn.len()), (Some(2), 2), "{found:#}");
+        for (told, (x_m, y_m, radius_m)) in told.as_array().expect("a list").iter().zip(&drawn) {
+            let told = numbers(told);
+            // Drawn up to a second late, on a busy machine, at 0.4 m/s.
+            assert!((told[0] - x_m).abs() < 1e-3 && (told[1] - y_m).abs() < 0.5, "{found:#}");
+            assert!((radius_m - 1.0).abs() < 1e-3, "{found:#}");
+        }
+        drawn
+    });
+    let went_m = before.iter().zip(&after).map(|(before, after)| (after.1 - before.1).abs());
+    assert!(went_m.into_iter().all(|went_m| went_m > 0.3), "{found:#}");
+    // Nothing else in that place is solid.
+    assert!(number(&found["solid"]) > 200.0, "{found:#}");
+}
+
+#[test]
 fn a_hundred_robots_are_drawn_fluently() {
     let _alone = alone();
     let folder = tempfile::tempdir().expect("a folder");

@@ -37,7 +37,7 @@ WAYS = """() => {
   return places.map((at, i) => Math.hypot(at.x_m - first_places[i].x_m, at.y_m - first_places[i].y_m));
 }"""
 
-# Pixels of the map in the colour of a driving robot.
+# Pixels of the map in the colour of a driving robot; and in that of what is solid, walls apart.
 DRAWN = """() => {
   const canvas = document.getElementById("world");
   const colour = getComputedStyle(document.documentElement).getPropertyValue("--active").trim();
@@ -47,6 +47,8 @@ DRAWN = """() => {
   for (let at = 0; at < data.length; at += 4) count += wanted.every((part, i) => data[at + i] === part);
   return count;
 }"""
+
+SOLID = DRAWN.replace("--active", "--solid")
 
 # Seconds of the run per second, over two seconds, from the arrival of a moment to the arrival of another.
 RATE = """async () => {
@@ -248,6 +250,19 @@ def fleet(browser, url, folder):
     window.tell(fps=fps, drawn=window.ask(DRAWN), phone=phone)
 
 
+def movers(browser, url, folder):
+    """Discs go across the place."""
+    window = Window(browser, folder)
+    window.open(url)
+    window.wait("() => document.body.dataset.movers")
+    seen = []
+    for _ in range(2):
+        seen.append(window.ask("() => [drover.moment.movers_m, document.body.dataset.movers]"))
+        window.sleep(3)
+    window.shoot_both("movers-desk")
+    window.tell(seen=seen, solid=window.ask(SOLID))
+
+
 def replay(browser, url, folder):
     """A recording: other moments of it."""
     window = Window(browser, folder)
@@ -283,7 +298,7 @@ def token(browser, url, folder):
     window.tell(refused=refused, status=status)
 
 
-SCENARIOS = {each.__name__: each for each in (watch, stop, pace, reconnect, fleet, replay, token)}
+SCENARIOS = {each.__name__: each for each in (watch, stop, pace, reconnect, fleet, movers, replay, token)}
 
 
 @contextmanager

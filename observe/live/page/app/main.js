@@ -203,7 +203,7 @@ function updateHooks() {
   hooks.time = moment.time_s.toFixed(2);
   hooks.robots = swarm.bodies.filter((body) => body.at).length;
   hooks.links = links;
-  hooks.movers = swarm.movers.map((mover) => mover.map((value) => value.toFixed(3))).join(" ");
+  hooks.movers = swarm.movers.map((mover) => mover.map((value) => value.toFixed(3)).join()).join(" ");
   hooks.trails = shown.trails ? swarm.bodies.filter((body) => body.trail.length >= 2).length : 0;
 }
 
