@@ -135,8 +135,8 @@ fn gap_figure(run: &Run, measures: &Measures) -> Result<Figure, PictureError> {
     ];
     chart.rules = vec![Rule { y: 0.0, words: "contact".to_owned() }];
     let caption = "The smallest distance at each moment, from surface to surface: between any two robots, and between \
-                   any robot and a wall or obstacle. A body counts as the disc that holds it; below 0 two things \
-                   overlap. Walls farther than 5 m are not drawn.";
+                   any robot and a wall, an obstacle or a mover. A body counts as the disc that holds it; below 0 two \
+                   things overlap. Walls farther than 5 m are not drawn.";
     Ok(Figure { name: "gaps", title, caption, svg: chart.svg()? })
 }
 

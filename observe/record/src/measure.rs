@@ -22,7 +22,7 @@ pub const MOVING_MPS: f64 = 0.02;
 pub struct Gaps {
     /// To another body; `None`: there is no other body whose place is known.
     pub robot_m: Option<f64>,
-    /// To a wall or an obstacle; `None`: there is none within [`FAR_M`].
+    /// To a wall, an obstacle or a mover; `None`: there is none within [`FAR_M`].
     pub wall_m: Option<f64>,
 }
 
@@ -47,7 +47,10 @@ fn smaller(one: Option<f64>, other: Option<f64>) -> Option<f64> {
 pub fn gaps_per_robot(setting: &Setting, index: &PlaceIndex, moment: &Moment) -> Vec<Gaps> {
     let radii: BTreeMap<u32, f64> = setting.robots.iter().map(|robot| (robot.id, robot.radius_m)).collect();
     let discs: Vec<Option<[f64; 3]>> = moment.robots.iter().map(|robot| disc(&radii, robot)).collect();
-    let mut gaps: Vec<Gaps> = discs.iter().map(|disc| Gaps { robot_m: None, wall_m: wall_gap(index, *disc) }).collect();
+    let radii_m = setting.place.movers.iter().map(|mover| mover.radius_m);
+    let movers: Vec<[f64; 3]> = moment.movers_m.iter().zip(radii_m).map(|([x, y], r)| [*x, *y, r]).collect();
+    let wall_m = |disc: &Option<[f64; 3]>| smaller(wall_gap(index, *disc), mover_gap(&movers, *disc));
+    let mut gaps: Vec<Gaps> = discs.iter().map(|disc| Gaps { robot_m: None, wall_m: wall_m(disc) }).collect();
     for one in 0..discs.len() {
         let Some([x, y, r]) = discs[one] else { continue };
         for other in one + 1..discs.len() {
@@ -77,6 +80,12 @@ fn disc(radii: &BTreeMap<u32, f64>, robot: &RobotMoment) -> Option<[f64; 3]> {
 fn wall_gap(index: &PlaceIndex, disc: Option<[f64; 3]>) -> Option<f64> {
     let [x, y, radius_m] = disc?;
     index.wall_distance([x, y]).map(|distance_m| distance_m - radius_m)
+}
+
+fn mover_gap(movers: &[[f64; 3]], disc: Option<[f64; 3]>) -> Option<f64> {
+    let [x, y, radius_m] = disc?;
+    let gaps_m = movers.iter().map(|[at_x, at_y, r]| (x - at_x).hypot(y - at_y) - r - radius_m);
+    gaps_m.filter(|gap_m| gap_m.is_finite() && gap_m + radius_m <= FAR_M).min_by(f64::total_cmp)
 }
 
 /// Signed speed of a robot along its heading, m/s: by the simulator's truth, in the field by its own odometry.

@@ -1,5 +1,5 @@
 use super::*;
-use crate::{CLEAR, Heard, MapSetting, Place, PlaceSetting, RobotSetting, ScanMoment, Truth};
+use crate::{CLEAR, Heard, MapSetting, MoverSetting, Place, PlaceSetting, RobotSetting, ScanMoment, Truth};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 fn setting(robots: u32) -> Setting {
@@ -41,6 +41,17 @@ fn gaps_are_measured_from_surface_to_surface() {
     // Its nearest peer is 7 m away; the block's east side and the east wall are both 2 m away.
     assert!(near(found[2].robot_m, 6.4) && near(found[2].wall_m, 1.7), "{found:?}");
     assert_eq!(gaps(&setting, &index, &moment), Gaps { robot_m: found[0].robot_m, wall_m: found[0].wall_m });
+}
+
+#[test]
+fn movers_count_as_walls_where_they_are_now() {
+    let mut setting = setting(1);
+    setting.place.movers = vec![MoverSetting { radius_m: 0.5, round_m: vec![[2.0, 0.0], [9.0, 0.0]] }];
+    let index = PlaceIndex::new(&setting.place);
+    let wall_m = |movers_m| gaps(&setting, &index, &Moment { movers_m, ..moment(vec![robot(1, 0.0, 0.0)]) }).wall_m;
+    assert!(near(wall_m(vec![[3.0, 4.0]]), 5.0 - 0.5 - 0.3));
+    assert_eq!(wall_m(vec![[9.0, 0.0]]), None, "too far");
+    assert_eq!(wall_m(Vec::new()), None, "nobody told where it is");
 }
 
 #[test]
