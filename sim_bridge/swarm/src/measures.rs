@@ -58,3 +58,54 @@ impl Measures {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::summary::Tally;
+    use drover_contract::{Pose, RobotId, Stamp};
+    use drover_robot::Report;
+    use serde_json::{Value, from_value, to_value};
+
+    /// A follower's words, as a node knows them.
+    fn status() -> Status {
+        let mut status = Status { reached: true, ..Status::first(Stamp::ZERO, Pose::default()) };
+        status.gives_way_to = Some(RobotId(3));
+        status.counters.wall_entries = 7;
+        status
+    }
+
+    fn view() -> Value {
+        to_value(View::of_status(2, &status(), Stamp::ZERO)).expect("text")
+    }
+
+    #[test]
+    fn a_robots_words_are_the_same_from_its_node_and_through_its_processs_output() {
+        let said = Said { reached: true, gives_way: true, wall_entries: 7 };
+        assert_eq!(Said::from(&status()), said);
+        assert_eq!(Said::from(&from_value::<View>(view()).expect("a view")), said);
+        let mut old = view();
+        let fields = old.as_object_mut().expect("an object");
+        assert!(fields.remove("gives_way_to").is_some() && fields.remove("wall_entries").is_some());
+        let old = Said::from(&from_value::<View>(old).expect("a view of an older process"));
+        assert_eq!(old, Said { reached: true, ..Said::default() });
+    }
+
+    #[test]
+    fn who_ends_without_a_report_or_with_a_panic_died() {
+        let report = |panic: Option<&str>| Report {
+            id: 2,
+            reached: true,
+            reason: "operator".into(),
+            seen_stopped: true,
+            guard_stops: 0,
+            panic: panic.map(Into::into),
+            map: None,
+        };
+        let view: View = from_value(view()).expect("a view");
+        let of = |report| Tally { view: Some(view.clone()), report, ..Tally::default() }.last_said();
+        assert_eq!(of(Some(report(None))).map(|said| said.wall_entries), Some(7));
+        assert_eq!((of(Some(report(Some("a word")))), of(None)), (None, None));
+        assert_eq!(Tally::default().said(), Said::default());
+    }
+}

@@ -125,7 +125,7 @@ impl Tally {
     }
 
     /// The same at the end: `None` if it died, which is to end without a report, or with a panic.
-    fn last_said(&self) -> Option<Said> {
+    pub(crate) fn last_said(&self) -> Option<Said> {
         self.report.as_ref().filter(|report| report.panic.is_none()).map(|_| self.said())
     }
 

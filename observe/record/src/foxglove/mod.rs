@@ -1,8 +1,9 @@
 //! A swarm in Foxglove's messages: what recordings hold and what a live Foxglove connection is sent.
 //!
 //! Frames: `world` (ENU, metres); `robot-N`, where robot N believes to be; `body-N`, where its body truly is, in
-//! simulation only, and `mover-N`, where the N-th mover of the place is, from 1. Every time here is `unix_us`, microseconds since the Unix epoch. What draws a place, robots or
-//! links is made to be seen: heights and colours mean nothing.
+//! simulation only, and `mover-N`, where the N-th mover of the place is, from 1. Every time here is `unix_us`,
+//! microseconds since the Unix epoch. What draws a place, robots or links is made to be seen: heights and colours mean
+//! nothing.
 
 mod frames;
 mod message;
