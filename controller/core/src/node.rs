@@ -252,6 +252,7 @@ impl Node {
             unseen_b: &scene.unseen_b,
             scan: self.mailbox.scan.as_ref().map(|scan| (scan, *scene.seen.sensor_b())),
             bodies: &scene.bodies,
+            discs: &[],
             limits: &self.limits,
         };
         match self.law.step(&view) {

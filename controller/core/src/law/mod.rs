@@ -9,6 +9,7 @@ mod drive;
 pub mod explore;
 pub mod flock;
 
+use crate::avoid::Disc;
 use crate::estimate::Motion;
 use crate::peers::{Body, Neighbour, Roster};
 use deploy::Deployer;
@@ -45,6 +46,8 @@ pub(crate) struct View<'a> {
     pub(crate) scan: Option<(&'a Scan, Isometry2<f64>)>,
     /// Bodies of peers that may be in it.
     pub(crate) bodies: &'a [Body],
+    /// C: discs in which it has to stay, world frame; none where no links are kept.
+    pub(crate) discs: &'a [Disc],
     pub(crate) limits: &'a Limits,
 }
 

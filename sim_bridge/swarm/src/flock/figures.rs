@@ -41,6 +41,9 @@ pub struct FlockFigures {
     pub stuck_s: f64,
     /// The longest time that a leader said to be giving way, s.
     pub gave_way_s: f64,
+    /// The longest link that any party needed at any moment to be one network, metres: of the tree of its shortest links.
+    /// None where the file asks for no links.
+    pub link_m: Option<f64>,
     /// How often robots began to follow a wall.
     pub wall_entries: u64,
 }
@@ -56,6 +59,7 @@ pub(crate) struct Flocking {
     gathered_s: f64,
     stuck_s: f64,
     gave_way_s: f64,
+    link_m: Option<f64>,
 }
 
 /// A party, by the robots' places in the file.
@@ -96,6 +100,7 @@ impl Flocking {
             radius_m: flock.arrive_radius_m,
             order_due_s: 0.0,
             spots: swarm.robots.iter().map(spot).collect(),
+            link_m: (flock.link_range_m > 0.0).then_some(0.0),
             gathered_s: 0.0,
             stuck_s: 0.0,
             gave_way_s: 0.0,
@@ -115,9 +120,13 @@ impl Flocking {
                 self.gathered_s = now_s;
             }
         }
+        let lives = |robot: &usize| said(*robot).is_some();
+        if let Some(link_m) = &mut self.link_m {
+            *link_m = self.parties.iter().map(|party| party.link_m(arena, lives)).fold(*link_m, f64::max);
+        }
         if now_s >= self.order_due_s {
             self.order_due_s = now_s + ORDER_EVERY_S;
-            let (leader_speed_mps, lives) = (self.leader_speed_mps, |robot: &usize| said(*robot).is_some());
+            let leader_speed_mps = self.leader_speed_mps;
             self.parties.iter_mut().for_each(|party| party.see_order(arena, lives, (now_s, leader_speed_mps)));
         }
     }
@@ -155,6 +164,7 @@ impl Flocking {
             path_ratio: self.path_ratio(arena),
             stuck_s: self.stuck_s,
             gave_way_s: self.gave_way_s,
+            link_m: self.link_m,
             wall_entries: living.iter().map(|said| said.wall_entries).sum(),
         }
     }
@@ -197,6 +207,25 @@ impl Members {
         while self.orders.front().is_some_and(|(then_s, _)| now_s - then_s > ORDER_S) {
             self.orders.pop_front();
         }
+    }
+
+    /// The longest link of the tree of shortest links of those who live (Prim's way).
+    fn link_m(&self, arena: &Arena, lives: impl Fn(&usize) -> bool) -> f64 {
+        let living = self.robots.iter().filter(|robot| lives(robot));
+        let mut outside: Vec<(Vec2, f64)> =
+            living.map(|robot| (arena.state(*robot).pose_wb.position(), f64::INFINITY)).collect();
+        let Some((mut newest_w, _)) = outside.pop() else { return 0.0 };
+        let mut longest_m = 0.0_f64;
+        while !outside.is_empty() {
+            let mut nearest = 0;
+            for at in 0..outside.len() {
+                outside[at].1 = outside[at].1.min((outside[at].0 - newest_w).norm());
+                nearest = if outside[at].1 < outside[nearest].1 { at } else { nearest };
+            }
+            let (place_w, gap_m) = outside.swap_remove(nearest);
+            (newest_w, longest_m) = (place_w, longest_m.max(gap_m));
+        }
+        longest_m
     }
 
     fn order(&self) -> f64 {

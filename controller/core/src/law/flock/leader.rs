@@ -18,7 +18,7 @@
 use super::laser::{companion_w, returns_w};
 use super::route::Route;
 use super::safe::{track, wall_planes};
-use super::{Params, is_mate, spread_m};
+use super::{Params, bonds, is_mate, spread_m};
 use crate::law::View;
 use crate::peers::Neighbour;
 use drover_config::{Flock, FlockMode, LeaderWay};
@@ -70,7 +70,7 @@ impl Leader {
 
     /// One tick.
     pub(super) fn step(&mut self, params: &Params, view: &View<'_>) -> Twist {
-        let cruise_mps = params.leader_speed_mps * pace(params, view);
+        let cruise_mps = params.leader_speed_mps * pace(params, view) * bonds::pace(params, view);
         self.route.see(view.motion.pose_wb.position());
         if params.mode == FlockMode::Safe {
             self.look_out(params, view);
@@ -79,7 +79,8 @@ impl Leader {
             let way = aside.place_w - view.motion.pose_wb.position();
             let wish_w = way * (params.leader_speed_mps / way.norm().max(params.spacing_m / 2.0));
             let places_w: Vec<Vec2> = returns_w(params, view).collect();
-            let vel_w = wall_planes(params, &places_w, view.motion.pose_wb.position()).nearest(wish_w);
+            let walls = wall_planes(params, &places_w, view.motion.pose_wb.position());
+            let vel_w = bonds::held(walls, params, view).nearest(wish_w);
             return track(params, vel_w, params.turn_radps, view);
         }
         match self.way {

@@ -12,6 +12,7 @@ use crate::limit::limits_of;
 use crate::peers::Neighbour;
 use drover_config::{Flock, FlockGuard, Kind};
 use drover_contract::{BehaviourState, Limits, Pose, RobotId, Stamp, Twist, Vec2};
+use std::collections::BTreeSet;
 
 /// Shares of a speed that the last layer tries.
 const SHARES: [f64; 5] = [1.0, 0.75, 0.5, 0.25, 0.0];
@@ -94,6 +95,7 @@ impl FlockLockstep {
             .map(|(robot, member)| robot.tells(*member, self.period_s))
             .collect();
         let kept = self.kept(scene);
+        let range_m = self.link_range_m * (1.0 - LINK_SLACK);
         let mut others = Vec::with_capacity(everybody.len());
         let mut moves = Vec::with_capacity(everybody.len());
         for (at, robot) in self.robots.iter_mut().enumerate() {
@@ -103,28 +105,38 @@ impl FlockLockstep {
             };
             others.clear();
             others.extend(everybody.iter().enumerate().filter(|(other, _)| *other != at).filter_map(|(_, peer)| *peer));
-            let wish = robot.wish(scene.now, member, (&others, &scene.returns_b[at]), self.period_s);
+            let at_w = member.pose_wb.position();
+            let linked = kept.iter().flat_map(|kept| kept.of(at)).filter_map(|other| scene.members[*other]);
+            let discs = linked.map(|other| Disc::between(at_w, other.pose_wb.position(), range_m));
+            let discs: Vec<Disc> = discs.collect();
+            let wish = robot.wish(scene.now, member, (&others, &scene.returns_b[at], &discs), self.period_s);
             if self.guard == FlockGuard::None {
                 moves.push((wish, false));
                 continue;
             }
-            let linked = kept.iter().flat_map(|kept| kept.of(at)).filter_map(|other| scene.members[*other]);
-            let at_w = member.pose_wb.position();
-            let range_m = self.link_range_m * (1.0 - LINK_SLACK);
-            let discs = linked.map(|other| Disc::between(at_w, other.pose_wb.position(), range_m));
             let bodies = scene.members.iter().enumerate().filter(|(other, _)| *other != at);
             let bodies_w = bodies.filter_map(|(_, body)| body.map(|body| body.pose_wb.position()));
-            let set = SafeSet::around(robot.safe, at_w, discs, bodies_w, scene.walls);
+            let set = SafeSet::around(robot.safe, at_w, discs.into_iter(), bodies_w, scene.walls);
             let twist = held(wish, member.pose_wb, &set, self.period_s);
             moves.push((twist, twist != wish));
         }
         moves
     }
 
-    fn kept(&self, scene: &FlockScene<'_>) -> Option<KeptGraph> {
-        let places = || scene.members.iter().map(|member| member.map(|member| member.pose_wb.position()));
-        (self.guard == FlockGuard::Full)
-            .then(|| Graph::new(&places().collect::<Vec<Option<Vec2>>>(), self.link_range_m).lmst(1))
+    /// The links that are kept, of each party by itself: two flocks that meet are not tied together.
+    fn kept(&self, scene: &FlockScene<'_>) -> Vec<KeptGraph> {
+        if self.guard != FlockGuard::Full {
+            return Vec::new();
+        }
+        let graph = |party: &(u32, u32)| {
+            let robots = self.robots.iter().zip(scene.members);
+            let place = |(robot, member): (&Robot, &Option<FlockMember>)| {
+                member.filter(|_| robot.law.party() == *party).map(|member| member.pose_wb.position())
+            };
+            Graph::new(&robots.map(place).collect::<Vec<Option<Vec2>>>(), self.link_range_m).lmst(1)
+        };
+        let parties: BTreeSet<(u32, u32)> = self.robots.iter().map(|robot| robot.law.party()).collect();
+        parties.iter().map(graph).collect()
     }
 
     /// Whether robot `robot` is at its end.
@@ -173,7 +185,7 @@ impl Robot {
         &mut self,
         now: Stamp,
         FlockMember { pose_wb, twist_b }: FlockMember,
-        (neighbours, walls_b): (&[Neighbour], &[Vec2]),
+        (neighbours, walls_b, discs): (&[Neighbour], &[Vec2], &[Disc]),
         dt_s: f64,
     ) -> Twist {
         let motion = Motion { pose_wb, twist_b, accel_mps2: 0.0, pos_bound_m: 0.0 };
@@ -187,6 +199,7 @@ impl Robot {
             unseen_b: &[],
             scan: None,
             bodies: &[],
+            discs,
             limits: &self.limits,
         };
         match self.law.step(&view) {

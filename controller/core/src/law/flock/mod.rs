@@ -25,6 +25,7 @@
 //! robot until the leader is back, or, with `leader_loss = "elect"`, until another has explicitly taken the lead.
 
 mod arrival;
+mod bonds;
 mod deadlock;
 mod laser;
 mod lead;
@@ -45,7 +46,7 @@ use super::{Outcome, View, leads};
 use crate::avoid::OrcaParams;
 use crate::peers::Neighbour;
 use arrival::Arrival;
-use drover_config::{Avoidance, Flock, FlockMode, Kind, WallFollowing};
+use drover_config::{Avoidance, Flock, FlockGuard, FlockMode, Kind, WallFollowing};
 use drover_contract::{RobotId, Twist, Vec2};
 use lead::Lead;
 use leader::Leader;
@@ -99,6 +100,8 @@ pub(crate) struct Params {
     margin_m: f64,
     /// From the centre to a wall at least.
     keep_m: f64,
+    /// How long a link may be where they are kept, or 0.
+    link_m: f64,
     /// A gap is closed with this time constant, seconds: the drive must follow.
     settle_s: f64,
     /// So is an angle.
@@ -142,6 +145,7 @@ impl Params {
             radius_m: kind.body.radius_m,
             margin_m: motion.margin_m,
             keep_m: kind.body.radius_m + motion.margin_m,
+            link_m: if flock.guard == FlockGuard::Full { flock.link_range_m } else { 0.0 },
             settle_s: 0.2 + speed_mps / motion.brake_mps2,
             turn_s: (motion.yaw_rate_radps_max.min(flock.turn_radps) / motion.yaw_accel_radps2_max).max(3.0 * tick_s),
         }
@@ -258,6 +262,11 @@ impl Flocker {
     /// Whom it follows, itself if it leads; nobody while it follows a wall.
     pub(crate) fn follows(&self) -> Option<RobotId> {
         (!self.on_wall()).then_some(self.params.leader)
+    }
+
+    /// Its party's ids, both ends included.
+    fn party(&self) -> (u32, u32) {
+        self.params.party
     }
 
     pub(crate) fn leader(&self) -> RobotId {

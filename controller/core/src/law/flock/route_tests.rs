@@ -17,6 +17,7 @@ fn step(route: &mut Route, pose_wb: Pose) -> Twist {
         unseen_b: &[],
         scan: None,
         bodies: &[],
+        discs: &[],
         limits: &limits,
     };
     route.pursue(0.8, &view)

@@ -19,7 +19,7 @@ use super::pledge::{Along, Pledge, Room, Side};
 use super::potential::{acceleration_w, pair_force};
 use super::recent::{LOOK_RAD, Recent, look_s};
 use super::trail::{Aim, Trail};
-use super::{Params, is_mate, spread_m};
+use super::{Params, bonds, is_mate, spread_m};
 use crate::avoid::{Capsule, Orca, OrcaPeer};
 use crate::law::View;
 use crate::peers::Neighbour;
@@ -104,7 +104,7 @@ impl Safe {
         }
         let aim = self.trail.aim(params, at_w, &places_w);
         let attractor_w = aim.map_or(leader_w, |aim| aim.place_w);
-        let mut wish_w = flocking_w(params, (leader, aim), view);
+        let mut wish_w = bonds::drawn_w(flocking_w(params, (leader, aim), view), params, view);
         self.note_standing(params, wish_w, view);
         let clear = aim.is_some_and(|aim| aim.clear);
         let by_walls = !clear && are_in_the_way(params, wish_w, &walls, leader);
@@ -130,8 +130,11 @@ impl Safe {
             }
         }
         let vel_w = match params.avoidance {
-            Avoidance::Voronoi => self.planes(params, leader, (walls, view)).nearest(wish_w),
-            Avoidance::Orca => self.orca_w(params, (walls.nearest(wish_w), &places_w), view),
+            Avoidance::Voronoi => bonds::held(self.planes(params, leader, (walls, view)), params, view).nearest(wish_w),
+            Avoidance::Orca => {
+                let held_w = bonds::held(walls, params, view).nearest(wish_w);
+                self.orca_w(params, (held_w, &places_w), view)
+            }
         };
         let stays_s = self.stays_s(params, view);
         let vel_w = if clear && stays_s > LOOK_S { looking_around(params, vel_w, view) } else { vel_w };

@@ -45,6 +45,7 @@ fn view<'a>(neighbours: &'a [Neighbour], twist_b: Twist, limits: &'a Limits) -> 
         unseen_b: &[],
         scan: None,
         bodies: &[],
+        discs: &[],
         limits,
     }
 }

@@ -1,0 +1,75 @@
+//! Links that a flock keeps (`guard = "full"`): what they ask of a robot's wish, and of the leader's pace.
+//!
+//! C, the discs in which a robot has to stay, is held by the last layer whatever a law wishes
+//! ([`super::lockstep`], the supervisor's guard). A flock that knew nothing of it would end with every link taut, and
+//! nobody could go round a trap. So, within the law:
+//! - *Discs are bounds on velocities* as walls are ([`super::planes`]): the robot slides along the rim and does not stop.
+//! - *Who flocks gives slack*: beyond `SLACK` of a disc's radius it is drawn back to the disc's middle, so that a mate
+//!   who has to go along a wall can. Who follows a wall is not drawn.
+//! - *The leader waits* well before the party's worst link is taut: the longest of the tree of shortest links.
+
+use super::planes::{Plane, Planes};
+use super::{Params, is_mate};
+use crate::law::View;
+use drover_contract::Vec2;
+
+/// Who flocks is drawn back to the middle of a disc beyond this share of its radius.
+const SLACK: f64 = 0.55;
+/// The leader slows down when the party's worst link is longer than the first share of what one may be, and stands at
+/// the second.
+const LOOSE: f64 = 0.6;
+const TAUT: f64 = 0.85;
+
+/// Bounds, with the discs of links beside them.
+pub(super) fn held(mut planes: Planes, params: &Params, view: &View<'_>) -> Planes {
+    let at_w = view.motion.pose_wb.position();
+    for disc in view.discs {
+        let out_w = at_w - disc.centre_w;
+        if let Some(normal_w) = out_w.try_normalize(1e-9) {
+            planes.push(Plane { normal_w, most_mps: (disc.radius_m - out_w.norm()) / params.settle_s });
+        }
+    }
+    planes
+}
+
+/// The wish of a robot that flocks, with what its links draw.
+pub(super) fn drawn_w(wish_w: Vec2, params: &Params, view: &View<'_>) -> Vec2 {
+    if view.discs.is_empty() {
+        return wish_w;
+    }
+    let at_w = view.motion.pose_wb.position();
+    let pull = |disc: &crate::avoid::Disc| {
+        let in_w = disc.centre_w - at_w;
+        let (out_m, slack_m) = (in_w.norm(), SLACK * disc.radius_m);
+        let share = ((out_m - slack_m) / (disc.radius_m - slack_m).max(1e-9)).clamp(0.0, 1.0);
+        in_w * (share * params.speed_mps / out_m.max(1e-9))
+    };
+    let most_mps = params.speed_mps.min(view.limits.speed_mps_max);
+    (wish_w + view.discs.iter().map(pull).sum::<Vec2>()).cap_magnitude(most_mps)
+}
+
+/// Share of its speed at which a leader drives on: less while the party's worst link is long.
+pub(super) fn pace(params: &Params, view: &View<'_>) -> f64 {
+    if params.link_m <= 0.0 {
+        return 1.0;
+    }
+    let share = worst_m(params, view) / params.link_m;
+    ((TAUT - share) / (TAUT - LOOSE)).clamp(0.0, 1.0)
+}
+
+/// The longest link of the party's minimum spanning tree, metres (Prim's way).
+fn worst_m(params: &Params, view: &View<'_>) -> f64 {
+    let mates = view.neighbours.iter().filter(|peer| is_mate(params, peer));
+    let mut outside: Vec<(Vec2, f64)> = mates.map(|peer| (peer.pose_wb.position(), f64::INFINITY)).collect();
+    let (mut newest_w, mut worst_m) = (view.motion.pose_wb.position(), 0.0_f64);
+    while !outside.is_empty() {
+        for (place_w, gap_m) in &mut outside {
+            *gap_m = gap_m.min((*place_w - newest_w).norm());
+        }
+        let nearest = outside.iter().enumerate().min_by(|(_, a), (_, b)| a.1.total_cmp(&b.1));
+        let Some((at, (place_w, gap_m))) = nearest.map(|(at, found)| (at, *found)) else { break };
+        outside.swap_remove(at);
+        (newest_w, worst_m) = (place_w, worst_m.max(gap_m));
+    }
+    worst_m
+}
