@@ -15,6 +15,8 @@ use drover_contract::Vec2;
 
 /// Who flocks is drawn back to the middle of a disc beyond this share of its radius.
 const SLACK: f64 = 0.55;
+/// Beyond this share of a disc's radius, a robot is at its rim.
+const RIM: f64 = 0.98;
 /// The leader slows down when the party's worst link is longer than the first share of what one may be, and stands at
 /// the second.
 const LOOSE: f64 = 0.6;
@@ -30,6 +32,12 @@ pub(super) fn held(mut planes: Planes, params: &Params, view: &View<'_>) -> Plan
         }
     }
     planes
+}
+
+/// Whether a link holds it back: what it may dither there is no motion.
+pub(super) fn is_at_rim(view: &View<'_>) -> bool {
+    let at_w = view.motion.pose_wb.position();
+    view.discs.iter().any(|disc| (at_w - disc.centre_w).norm() > RIM * disc.radius_m)
 }
 
 /// The wish of a robot that flocks, with what its links draw.
