@@ -1,8 +1,10 @@
 //! One robot: mailboxes, estimate, peers, law, limit, supervisor, wired in this order. Nothing is decided here.
 
+use crate::avoid::Disc;
 use crate::cadence::{Beat, Cadence};
 use crate::estimate::{Estimate, Motion};
 use crate::law::explore::Surveyor;
+use crate::law::pacts::place;
 use crate::law::{Law, Outcome, View};
 use crate::limit::{limit, limits_of};
 use crate::links::LinkPeer;
@@ -69,6 +71,7 @@ pub struct Workspace {
     neighbours: Vec<Neighbour>,
     unseen_b: Vec<Vec2>,
     walls_b: Vec<Vec2>,
+    discs: Vec<Disc>,
     obstacles: Obstacles,
     scratch: supervisor::Scratch,
 }
@@ -135,8 +138,8 @@ impl Node {
     /// Takes what a peer reports of its links; nothing to a behaviour that keeps none.
     pub fn handle_links(&mut self, now: Stamp, report: &LinkReport) {
         let motion = self.estimate.motion(now);
-        if let Some(law) = self.law.deployer_mut() {
-            let place = law.place(motion.pose_wb.position(), motion.twist_b.speed_mps, self.limits.brake_mps2);
+        if let Some(law) = self.law.tied_mut() {
+            let place = place(law, motion.pose_wb.position(), motion.twist_b.speed_mps, self.limits.brake_mps2);
             law.handle_report(now, report, &place);
         }
     }
@@ -173,17 +176,19 @@ impl Node {
         let beat = self.cadence.beat(now);
         let motion = self.estimate.motion(now);
         self.look_around(now, &motion, scene);
+        scene.discs.clear();
+        if let Some(law) = self.law.tied() {
+            law.discs(&mut |disc| scene.discs.push(disc));
+        }
         let mut facts = self.sense(now, beat, scene.seen.unknown_share);
         let request = if facts.fit() { self.ask(now, beat, motion, scene) } else { Err("not fit to move") };
         facts.request = RequestFact::of(request);
         let unheard = self.peers.heard(now) < self.peers.known();
-        let Workspace { seen, bodies, matches, obstacles, scratch, .. } = scene;
+        let Workspace { seen, bodies, matches, discs, obstacles, scratch, .. } = scene;
         let peers = supervisor::Peers { bodies, matches, own_bound_m: motion.pos_bound_m, unheard };
         obstacles.fill(seen, &peers, self.guard.keep_m(), self.guard.reach_m_max(motion.twist_b));
-        if let Some(law) = self.law.deployer() {
-            let pose_wb = motion.pose_wb;
-            obstacles.stay_in(law.discs().map(|disc| (pose_wb.inverse_transform(disc.centre_w), disc.radius_m)));
-        }
+        let in_body = |disc: &Disc| (motion.pose_wb.inverse_transform(disc.centre_w), disc.radius_m);
+        obstacles.stay_in(discs.iter().map(in_body));
         let decision = self.supervisor.tick(&facts, request.ok(), motion.twist_b, obstacles, scratch);
         self.status.nearest_m = seen.nearest_m;
         self.status.request = request.ok();
@@ -252,7 +257,7 @@ impl Node {
             unseen_b: &scene.unseen_b,
             scan: self.mailbox.scan.as_ref().map(|scan| (scan, *scene.seen.sensor_b())),
             bodies: &scene.bodies,
-            discs: &[],
+            discs: &scene.discs,
             limits: &self.limits,
         };
         match self.law.step(&view) {
@@ -306,10 +311,10 @@ impl Node {
         self.beacon_due = if next > now { next } else { now + self.beacon_every };
         self.seq = self.seq.saturating_add(1);
         let motion = self.estimate.motion(now);
-        if let Some(law) = self.law.deployer_mut() {
-            let place = law.place(motion.pose_wb.position(), motion.twist_b.speed_mps, self.limits.brake_mps2);
+        if let Some(law) = self.law.tied_mut() {
+            let place = place(law, motion.pose_wb.position(), motion.twist_b.speed_mps, self.limits.brake_mps2);
             let peers: Vec<LinkPeer> = self.peers.told(now).collect();
-            self.links_due = Some(law.attend(now, &place, &peers));
+            self.links_due = law.attend(now, &place, &peers);
         }
         self.maps_due = self.law.surveyor_mut().map(|law| law.reports(now)).unwrap_or_default();
         Some(Beacon {

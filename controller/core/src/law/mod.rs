@@ -8,6 +8,7 @@ mod diffuse;
 mod drive;
 pub mod explore;
 pub mod flock;
+pub(crate) mod pacts;
 
 use crate::avoid::Disc;
 use crate::estimate::Motion;
@@ -19,6 +20,7 @@ use drover_contract::{BehaviourState, Limits, RobotId, Scan, Stamp, Twist, Vec2,
 use explore::Surveyor;
 use flock::Flocker;
 use nalgebra::Isometry2;
+use pacts::Tied;
 
 /// What a law answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,8 +79,7 @@ impl Law {
         let start = |role, goal_w, range_m| Self { role, goal_w, start_gap_m: None, progress: 0.0, range_m };
         match &file.behaviour {
             Behaviour::Flock(flock) => {
-                let tick_s = f64::from(file.kind.timeouts.tick_ms) / 1e3;
-                let law = Flocker::new(flock, &file.kind, own, tick_s);
+                let law = Flocker::on_body(flock, file, epoch, now);
                 let goal_w = law.goal_w();
                 start(Role::Flocker(Box::new(law)), goal_w, Flocker::range_m(flock))
             }
@@ -120,18 +121,20 @@ impl Law {
     }
 
     /// The law that keeps links, if it is one.
-    pub(crate) fn deployer(&self) -> Option<&Deployer> {
+    pub(crate) fn tied(&self) -> Option<&dyn Tied> {
         match &self.role {
-            Role::Deployer(law) => Some(law),
-            Role::Flocker(_) | Role::Diffuser(_) | Role::Surveyor(_) => None,
+            Role::Deployer(law) => Some(law.as_ref()),
+            Role::Flocker(law) => law.tied(),
+            Role::Diffuser(_) | Role::Surveyor(_) => None,
         }
     }
 
     /// The same to be told something.
-    pub(crate) fn deployer_mut(&mut self) -> Option<&mut Deployer> {
+    pub(crate) fn tied_mut(&mut self) -> Option<&mut dyn Tied> {
         match &mut self.role {
-            Role::Deployer(law) => Some(law),
-            Role::Flocker(_) | Role::Diffuser(_) | Role::Surveyor(_) => None,
+            Role::Deployer(law) => Some(law.as_mut()),
+            Role::Flocker(law) => law.tied_mut(),
+            Role::Diffuser(_) | Role::Surveyor(_) => None,
         }
     }
 
@@ -210,10 +213,10 @@ impl Law {
         }
     }
 
-    /// Whether the robot would hold without this peer: a follower without its leader.
+    /// Whether the robot would hold without this peer: a follower without its leader, either end of a link that is kept.
     pub(crate) fn relies_on(&self, peer: RobotId) -> bool {
         match &self.role {
-            Role::Flocker(law) => !law.leads() && law.leader() == peer,
+            Role::Flocker(law) => law.relies_on(peer),
             Role::Deployer(law) => law.relies_on(peer),
             Role::Diffuser(_) | Role::Surveyor(_) => false,
         }

@@ -7,20 +7,15 @@
 
 use super::{Around, Params, Places, Teammate};
 use crate::avoid::{Capsule, Disc, SafeSet};
+use crate::law::pacts::{INNER_M, MARGIN_M, Tied, inner};
 use crate::law::{Outcome, View, drive};
 use crate::links::{LinkPeer, Place};
 use drover_config::{Deploy, Exchange, RobotFile};
 use drover_contract::{LinkReport, RobotId, Stamp, Twist, Vec2};
 use std::sync::Arc;
 
-/// By how much each robot's position may be wrong, as links reckon with it, metres.
-const MARGIN_M: f64 = 0.3;
-/// The law keeps that much farther inside of its discs than the guard, metres: at their rim it could only stop.
-const INNER_M: f64 = 0.15;
 /// Returns farther than this are no matter, metres.
 const SIGHT_M: f64 = 3.0;
-/// From a measurement to wheels that obey it, with the tick, seconds.
-const REACTION_S: f64 = 0.2;
 /// A step shorter than this is none, metres.
 const STEP_M_MIN: f64 = 0.01;
 
@@ -60,28 +55,6 @@ impl Deployer {
         }
     }
 
-    /// Where the robot is for its links: `pos_w`, and the room that it needs to stop.
-    pub(crate) fn place(&self, pos_w: Vec2, speed_mps: f64, brake_mps2: f64) -> Place {
-        let speed_mps = speed_mps.abs();
-        let stop_m = speed_mps * REACTION_S + speed_mps * speed_mps / (2.0 * brake_mps2);
-        Place { pos_w, wish_w: self.wish_w, stop_m }
-    }
-
-    pub(crate) fn handle_report(&mut self, now: Stamp, report: &LinkReport, place: &Place) {
-        self.mate.handle_report(now, report, place);
-    }
-
-    /// What is due about links, and what to tell of them.
-    pub(crate) fn attend(&mut self, now: Stamp, place: &Place, peers: &[LinkPeer]) -> LinkReport {
-        self.mate.attend(now, place, peers);
-        self.mate.report(now)
-    }
-
-    /// C, world frame.
-    pub(crate) fn discs(&self) -> impl Iterator<Item = Disc> + '_ {
-        self.mate.discs()
-    }
-
     /// One tick.
     pub(crate) fn step(&mut self, view: &View<'_>) -> Outcome {
         if self.by_snapshot {
@@ -96,8 +69,8 @@ impl Deployer {
         let near = view.walls_b.iter().filter(|point_b| point_b.norm() <= SIGHT_M);
         let walls: Vec<Capsule> = near.map(|point_b| Capsule::disc(pose_wb.transform(*point_b), 0.0)).collect();
         let wish = self.mate.wish(&Around { at_w, peers: &peers, walls: &walls, dt_s: view.dt_s });
-        let inner = |disc: Disc| Disc { radius_m: (disc.radius_m - INNER_M).max(0.0), ..disc };
-        let (discs, peers_w) = (self.mate.discs().map(inner), peers.iter().map(|peer| peer.pos_w));
+        let (discs, peers_w) =
+            (view.discs.iter().map(|disc| inner(*disc, INNER_M)), peers.iter().map(|peer| peer.pos_w));
         let set = SafeSet::around(self.mate.params().safe, at_w, discs, peers_w, &walls);
         let step = self.mate.steer(&set, wish) - at_w;
         self.wish_w = step / self.period_s;
@@ -120,6 +93,25 @@ impl Deployer {
     /// Share of the way that is done; never all of it before it has arrived.
     pub(crate) fn progress(&self) -> f64 {
         self.start_gap_m.map_or(0.0, |start_m| (1.0 - self.gap_m / start_m).clamp(0.0, 0.99))
+    }
+}
+
+impl Tied for Deployer {
+    fn wish_w(&self) -> Vec2 {
+        self.wish_w
+    }
+
+    fn handle_report(&mut self, now: Stamp, report: &LinkReport, place: &Place) {
+        self.mate.handle_report(now, report, place);
+    }
+
+    fn attend(&mut self, now: Stamp, place: &Place, peers: &[LinkPeer]) -> Option<LinkReport> {
+        self.mate.attend(now, place, peers);
+        Some(self.mate.report(now))
+    }
+
+    fn discs(&self, put: &mut dyn FnMut(Disc)) {
+        self.mate.discs().for_each(put);
     }
 }
 

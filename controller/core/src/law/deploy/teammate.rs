@@ -15,6 +15,7 @@ use super::Params;
 use super::pilot::{Pilot, Sight};
 use super::places::Places;
 use crate::avoid::{Capsule, Disc};
+use crate::law::pacts::TERM_S;
 use crate::links::{LinkParams, LinkPeer, Links, Place};
 use drover_config::Deploy;
 use drover_contract::{LinkReport, RobotId, Stamp, Vec2};
@@ -29,8 +30,6 @@ const HEARD_S: f64 = 1.5;
 const NEAR_SHARE: f64 = 0.85;
 /// A metric that goes before every distance: who rescues leads its part.
 const RESCUE_METRIC: f64 = -1.0;
-/// How long a term of the links' logical time lasts, seconds: several beacons, lost ones too.
-const TERM_S: f64 = 1.5;
 
 /// A robot of a deployment that hears its peers.
 #[derive(Clone, Debug)]

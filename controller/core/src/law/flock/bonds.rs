@@ -10,7 +10,9 @@
 
 use super::planes::{Plane, Planes};
 use super::{Params, is_mate};
+use crate::avoid::Disc;
 use crate::law::View;
+use crate::law::pacts::inner;
 use drover_contract::Vec2;
 
 /// Who flocks is drawn back to the middle of a disc beyond this share of its radius.
@@ -25,7 +27,7 @@ const TAUT: f64 = 0.85;
 /// Bounds, with the discs of links beside them.
 pub(super) fn held(mut planes: Planes, params: &Params, view: &View<'_>) -> Planes {
     let at_w = view.motion.pose_wb.position();
-    for disc in view.discs {
+    for disc in discs(params, view) {
         let out_w = at_w - disc.centre_w;
         if let Some(normal_w) = out_w.try_normalize(1e-9) {
             planes.push(Plane { normal_w, most_mps: (disc.radius_m - out_w.norm()) / params.settle_s });
@@ -34,10 +36,16 @@ pub(super) fn held(mut planes: Planes, params: &Params, view: &View<'_>) -> Plan
     planes
 }
 
+/// C as the law keeps it.
+fn discs<'a>(params: &Params, view: &'a View<'_>) -> impl Iterator<Item = Disc> + 'a {
+    let inner_m = params.inner_m;
+    view.discs.iter().map(move |disc| inner(*disc, inner_m))
+}
+
 /// Whether a link holds it back: what it may dither there is no motion.
-pub(super) fn is_at_rim(view: &View<'_>) -> bool {
+pub(super) fn is_at_rim(params: &Params, view: &View<'_>) -> bool {
     let at_w = view.motion.pose_wb.position();
-    view.discs.iter().any(|disc| (at_w - disc.centre_w).norm() > RIM * disc.radius_m)
+    discs(params, view).any(|disc| (at_w - disc.centre_w).norm() > RIM * disc.radius_m)
 }
 
 /// The wish of a robot that flocks, with what its links draw.
@@ -46,14 +54,14 @@ pub(super) fn drawn_w(wish_w: Vec2, params: &Params, view: &View<'_>) -> Vec2 {
         return wish_w;
     }
     let at_w = view.motion.pose_wb.position();
-    let pull = |disc: &crate::avoid::Disc| {
+    let pull = |disc: Disc| {
         let in_w = disc.centre_w - at_w;
         let (out_m, slack_m) = (in_w.norm(), SLACK * disc.radius_m);
         let share = ((out_m - slack_m) / (disc.radius_m - slack_m).max(1e-9)).clamp(0.0, 1.0);
         in_w * (share * params.speed_mps / out_m.max(1e-9))
     };
     let most_mps = params.speed_mps.min(view.limits.speed_mps_max);
-    (wish_w + view.discs.iter().map(pull).sum::<Vec2>()).cap_magnitude(most_mps)
+    (wish_w + discs(params, view).map(pull).sum::<Vec2>()).cap_magnitude(most_mps)
 }
 
 /// Share of its speed at which a leader drives on: less while the party's worst link is long.

@@ -38,21 +38,25 @@ mod potential;
 mod recent;
 mod route;
 mod safe;
+mod ties;
 mod trail;
 
 pub use lockstep::{FlockLockstep, FlockMember, FlockScene};
 
+use super::pacts::{INNER_M, MARGIN_M, Tied};
 use super::{Outcome, View, leads};
-use crate::avoid::OrcaParams;
+use crate::avoid::{Disc, OrcaParams};
+use crate::links::{LinkPeer, Place};
 use crate::peers::Neighbour;
 use arrival::Arrival;
-use drover_config::{Avoidance, Flock, FlockGuard, FlockMode, Kind, WallFollowing};
-use drover_contract::{RobotId, Twist, Vec2};
+use drover_config::{Avoidance, Flock, FlockGuard, FlockMode, Kind, RobotFile, SimMotion, WallFollowing};
+use drover_contract::{LinkReport, RobotId, Stamp, Twist, Vec2};
 use lead::Lead;
 use leader::Leader;
 use literal::Literal;
 use safe::Safe;
 use std::time::Duration;
+use ties::Ties;
 
 /// Parameters of one robot; the letters are the paper's.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,6 +106,8 @@ pub(crate) struct Params {
     keep_m: f64,
     /// How long a link may be where they are kept, or 0.
     link_m: f64,
+    /// It keeps that much farther inside of its discs than the last layer does.
+    inner_m: f64,
     /// A gap is closed with this time constant, seconds: the drive must follow.
     settle_s: f64,
     /// So is an angle.
@@ -145,6 +151,7 @@ impl Params {
             radius_m: kind.body.radius_m,
             margin_m: motion.margin_m,
             keep_m: kind.body.radius_m + motion.margin_m,
+            inner_m: 0.0,
             link_m: if flock.guard == FlockGuard::Full { flock.link_range_m } else { 0.0 },
             settle_s: 0.2 + speed_mps / motion.brake_mps2,
             turn_s: (motion.yaw_rate_radps_max.min(flock.turn_radps) / motion.yaw_accel_radps2_max).max(3.0 * tick_s),
@@ -194,6 +201,10 @@ pub(crate) struct Flocker {
     arrival: Arrival,
     mind: Mind,
     goal_w: Vec2,
+    /// On a body that keeps links.
+    ties: Option<Ties>,
+    /// Where it wishes to move, m/s, world frame.
+    wish_w: Vec2,
 }
 
 #[derive(Clone, Debug)]
@@ -217,11 +228,42 @@ impl Flocker {
                 FlockMode::Literal => Mind::Literal(Literal::default()),
             },
             goal_w: Vec2::new(end_m[0], end_m[1]),
+            ties: None,
+            wish_w: Vec2::zeros(),
         }
+    }
+
+    /// The robot of `file` in its life `epoch`: one that hears its peers and, with `guard = "full"`, keeps its links by
+    /// agreement with them. Simulated points know where they are.
+    pub(crate) fn on_body(flock: &Flock, file: &RobotFile, epoch: u32, now: Stamp) -> Self {
+        let kind = &file.kind;
+        let mut law = Self::new(flock, kind, RobotId(file.robot.id), f64::from(kind.timeouts.tick_ms) / 1e3);
+        if flock.guard == FlockGuard::Full {
+            let (margin_m, inner_m) = match kind.sim.motion {
+                SimMotion::Point => (0.0, 0.0),
+                SimMotion::DiffDrive => (MARGIN_M, INNER_M),
+            };
+            law.params.link_m = flock.link_range_m - 2.0 * (margin_m + inner_m);
+            law.params.inner_m = inner_m;
+            law.ties = Some(Ties::new(&law.params, (flock.link_range_m, margin_m), epoch, now));
+        }
+        law
     }
 
     /// One tick.
     pub(crate) fn step(&mut self, view: &View<'_>) -> Outcome {
+        let outcome = self.decide(view);
+        self.wish_w = match outcome {
+            Outcome::Solved(twist_b) => view.motion.pose_wb.heading() * twist_b.speed_mps,
+            Outcome::Stale(_) => Vec2::zeros(),
+        };
+        outcome
+    }
+
+    fn decide(&mut self, view: &View<'_>) -> Outcome {
+        if self.ties.as_ref().is_some_and(|ties| !ties.is_ready()) {
+            return Outcome::Solved(Twist::ZERO);
+        }
         self.params.leader = self.lead.decide(&self.params, view);
         if self.params.leader == self.params.own {
             return Outcome::Solved(self.leader.step(&self.params, view));
@@ -278,6 +320,21 @@ impl Flocker {
         self.leader.gives_way_to().filter(|_| self.leads())
     }
 
+    pub(crate) fn relies_on(&self, peer: RobotId) -> bool {
+        let follows = !self.leads() && self.leader() == peer;
+        follows || self.ties.as_ref().is_some_and(|ties| ties.relies_on(peer))
+    }
+
+    /// Itself, if it keeps links by agreement.
+    pub(crate) fn tied(&self) -> Option<&dyn Tied> {
+        self.ties.is_some().then_some(self as &dyn Tied)
+    }
+
+    /// The same to be told something.
+    pub(crate) fn tied_mut(&mut self) -> Option<&mut dyn Tied> {
+        self.ties.is_some().then_some(self as &mut dyn Tied)
+    }
+
     fn on_wall(&self) -> bool {
         !self.leads()
             && match &self.mind {
@@ -315,6 +372,27 @@ impl Flocker {
     /// What is farther than this from the body's centre does not matter, metres.
     pub(crate) fn range_m(flock: &Flock) -> f64 {
         flock.head_offset_m + flock.obstacle_range_m
+    }
+}
+
+impl Tied for Flocker {
+    fn wish_w(&self) -> Vec2 {
+        self.wish_w
+    }
+
+    fn handle_report(&mut self, now: Stamp, report: &LinkReport, place: &Place) {
+        if let Some(ties) = &mut self.ties {
+            ties.handle_report(now, report, place);
+        }
+    }
+
+    fn attend(&mut self, now: Stamp, place: &Place, peers: &[LinkPeer]) -> Option<LinkReport> {
+        let leads = self.leads();
+        self.ties.as_mut().map(|ties| ties.attend(now, place, peers, leads))
+    }
+
+    fn discs(&self, put: &mut dyn FnMut(Disc)) {
+        self.ties.iter().flat_map(Ties::discs).for_each(put);
     }
 }
 

@@ -160,7 +160,8 @@ impl Safe {
     fn note_standing(&mut self, params: &Params, wish_w: Vec2, view: &View<'_>) {
         let is_b = view.motion.twist_b;
         let turns = is_b.yaw_rate_radps.abs() > TURNS * params.wall_turn_radps.min(params.turn_radps);
-        let stands = (!turns || bonds::is_at_rim(view)) && is_b.speed_mps.abs() < STANDS * params.wall_speed_mps;
+        let stands =
+            (!turns || bonds::is_at_rim(params, view)) && is_b.speed_mps.abs() < STANDS * params.wall_speed_mps;
         let wishes = wish_w.norm() > STANDS * params.leader_speed_mps;
         self.stands_since = (stands && wishes).then(|| self.stands_since.unwrap_or(view.now));
     }
