@@ -80,6 +80,12 @@ pub struct Flock {
     pub leader_loss: LeaderLoss,
 }
 
+/// By how much each body's position may be wrong, as links between bodies reckon with it, metres.
+pub const POSE_ERROR_M: f64 = 0.3;
+
+/// A link is begun only if it is no longer than this share of what one may be: both ends have some room at first.
+pub const LINK_BEGUN_SHARE: f64 = 0.95;
+
 /// Those who follow one leader.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Party {

@@ -42,7 +42,10 @@ pub use deploy::{
     Assignment, Deploy, DeployGuard, DeployMode, DeploySteer, Escape, Exchange, Forces, KeptLinks, Rotation,
 };
 pub use explore::{AffinityReading, CandidateValue, Explore, ExploreMethod, Finish, MapExchange, Suppression};
-pub use flock::{Avoidance, Flock, FlockGuard, FlockMode, LeaderLoss, LeaderWay, Party, WallFollowing};
+pub use flock::{
+    Avoidance, Flock, FlockGuard, FlockMode, LINK_BEGUN_SHARE, LeaderLoss, LeaderWay, POSE_ERROR_M, Party,
+    WallFollowing,
+};
 pub use kind::{AgilexModel, Body, Drive, Kind, Lidar, LidarLink, Motion, Mount, Sim, SimMotion, Timeouts};
 pub use load::{Checked, check_file, check_file_with, load_kind, load_robot, load_swarm, load_world, robot_from_text};
 pub use overrides::Override;

@@ -262,7 +262,8 @@ fn check_behaviour(
     };
     checker.parties(flock, &ids, kind_of);
     checker.flock_distances(flock, used.clone());
-    checker.flocking_kinds(flock, used);
+    checker.flocking_kinds(flock, used.clone());
+    checker.flock_links(flock, used, (&parts.robots, parts.radio.as_ref()));
     if let Some(walls) = walls {
         checker.waypoints(flock, kind_of, walls);
     }
@@ -282,7 +283,7 @@ fn check_deployment(
     if let Some(walls) = walls {
         checker.targets_clear(deploy, deploy.wall_gap_m + reach_m, walls);
     }
-    checker.network(deploy, &parts.robots);
+    checker.network(("range_m", deploy.range_m), &parts.robots.iter().collect::<Vec<_>>());
 }
 
 fn resolved(parts: SwarmParts, kinds: BTreeMap<String, Kind>) -> Option<Swarm> {
@@ -339,6 +340,7 @@ fn check_robot_file(checker: &mut Checker<'_>, parts: &RobotFileParts) {
             checker.parties(flock, &ids, |id| kind.as_ref().filter(|_| own == Some(id)));
             checker.flock_distances(flock, kind.iter());
             checker.flocking_kinds(flock, kind.iter());
+            checker.room_for_links(flock, kind.iter());
         }
         Some(Behaviour::Diffuse(diffuse)) => checker.diffuse(diffuse, kind.iter()),
         Some(Behaviour::Deploy(deploy)) => {

@@ -181,12 +181,12 @@ impl Checker<'_> {
         }
     }
 
-    /// The network is one at the start.
-    pub(crate) fn network(&mut self, deploy: &Deploy, robots: &[RobotParts]) {
+    /// The network of `robots` is one at the start, by links up to `range_m`, metres, which the file says as `key`.
+    pub(crate) fn network(&mut self, (key, range_m): (&str, f64), robots: &[&RobotParts]) {
         // Who has no place has a problem of its own.
         let places: Option<Vec<Point>> =
             robots.iter().map(|robot| robot.start.map(|start| [start.x_m, start.y_m])).collect();
-        let Some(parted) = places.and_then(|places| parted(&places, deploy.range_m)) else { return };
+        let Some(parted) = places.and_then(|places| parted(&places, range_m)) else { return };
         let name = |index: usize| match robots.get(index).and_then(|robot| robot.id) {
             Some(id) => format!("robot {id}"),
             None => format!("robot[{index}]"),
@@ -198,7 +198,7 @@ impl Checker<'_> {
             name(parted.index),
             parted.gap_m
         );
-        let expected = format!("robots that links up to range_m = {} m join", deploy.range_m);
+        let expected = format!("robots that links up to {key} = {} m join", (range_m * 1e3).round() / 1e3);
         let robot = robots.get(parted.index);
         let of_fleet = robot.is_some_and(|robot| robot.of_fleet);
         let (key, advice) = match of_fleet {

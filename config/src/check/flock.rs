@@ -3,14 +3,23 @@
 
 use super::Checker;
 use crate::path::join;
+use crate::read::robot::RobotParts;
 use crate::report::Words;
 use crate::walls::Walls;
-use crate::{Flock, FlockGuard, FlockMode, Kind, Party, SimMotion, WallFollowing};
+use crate::{
+    Flock, FlockGuard, FlockMode, Kind, LINK_BEGUN_SHARE, POSE_ERROR_M, Party, Radio, SimMotion, WallFollowing,
+};
 
 /// Most ids that a problem lists.
 const SHOWN_MAX: usize = 10;
 
 const PARTY: &str = "behaviour.party";
+
+/// The longest link that is begun, metres.
+fn begun_m(flock: &Flock, bodies: bool) -> f64 {
+    let error_m = if bodies { 2.0 * POSE_ERROR_M } else { 0.0 };
+    (LINK_BEGUN_SHARE * (flock.link_range_m - error_m)).max(0.0)
+}
 
 fn shown(ids: &[u32]) -> String {
     let shown: Vec<String> = ids.iter().take(SHOWN_MAX).map(u32::to_string).collect();
@@ -122,6 +131,45 @@ impl Checker<'_> {
             let expected = "true; walls to walk through are for simulated points (sim.motion = \"point\")";
             self.flock_problem("solid", Words::new(found("false"), expected, "leave it out"));
         }
+    }
+
+    /// Where links are kept: bodies have room for them, the radio reaches as far, and each party of `robots` is one
+    /// network at its start.
+    pub(crate) fn flock_links<'k>(
+        &mut self,
+        flock: &Flock,
+        kinds: impl Iterator<Item = &'k Kind>,
+        (robots, radio): (&[RobotParts], Option<&Radio>),
+    ) {
+        if flock.guard != FlockGuard::Full || flock.link_range_m <= 0.0 {
+            return;
+        }
+        let bodies = self.room_for_links(flock, kinds);
+        if let Some(radio) = radio.filter(|radio| bodies && flock.link_range_m > radio.range_m) {
+            let expected = format!("at most radio.range_m, {}", radio.range_m);
+            let advice = "lower it, or raise radio.range_m: nothing is heard from farther away";
+            self.flock_problem("link_range_m", Words::new(flock.link_range_m.to_string(), expected, advice));
+        }
+        let key = if bodies { "0.95 (link_range_m - 0.6)" } else { "0.95 link_range_m" };
+        for party in &flock.parties {
+            let mates: Vec<&RobotParts> =
+                robots.iter().filter(|robot| robot.id.is_some_and(|id| party.has(id))).collect();
+            self.network((key, begun_m(flock, bodies)), &mates);
+        }
+    }
+
+    /// Bodies err about their places, and their links are at least as long as their spacing. Whether there are bodies.
+    pub(crate) fn room_for_links<'k>(&mut self, flock: &Flock, mut kinds: impl Iterator<Item = &'k Kind>) -> bool {
+        let bodies = kinds.any(|kind| kind.sim.motion != SimMotion::Point);
+        let full = flock.guard == FlockGuard::Full && flock.link_range_m > 0.0;
+        if full && bodies && begun_m(flock, bodies) < flock.spacing_m {
+            let least_m = flock.spacing_m / LINK_BEGUN_SHARE + 2.0 * POSE_ERROR_M;
+            let expected =
+                format!("at least {least_m:.3}: spacing_m, and {POSE_ERROR_M} m of error of each body's place");
+            let words = Words::new(flock.link_range_m.to_string(), expected, "raise it: no link would be begun");
+            self.flock_problem("link_range_m", words);
+        }
+        bodies
     }
 
     /// Each leader's body must fit at every waypoint.

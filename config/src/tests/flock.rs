@@ -297,6 +297,24 @@ fn a_full_guard_must_know_how_long_links_may_be() {
 }
 
 #[test]
+fn links_need_room_for_errors_a_radio_that_reaches_and_a_start_as_one_network() {
+    let full = |range: &'static str| ["behaviour.guard=full", range];
+    let short = ("link_range_m", ["2", "at least 2.495: spacing_m, and 0.3 m of error", "no link would be begun"]);
+    let parted = ["parted at the start: robot", "0.95 (link_range_m - 0.6) = 1.33 m", "nearer"];
+    let problems = load(&full("behaviour.link_range_m=2")).expect_err("refused").0;
+    let of = |key: &str| problems.iter().find(|problem| problem.key.ends_with(key)).expect("a problem");
+    assert!(short.1.iter().all(|word| of(short.0).to_string().contains(word)), "{}", of(short.0));
+    assert!(parted.iter().all(|word| of("start").to_string().contains(word)), "{}", of("start"));
+    let deaf = ("link_range_m", ["200", "at most radio.range_m, 100", "nothing is heard"]);
+    check(&[&full("behaviour.link_range_m=200")[..], &["radio.range_m=100"]].concat(), &[deaf]);
+    // Each party by itself: two that start far apart are two networks.
+    let [first, second] = TWO;
+    let apart = parties(&[first, second]);
+    let swarm = load(&[&apart, "behaviour.guard=full", "behaviour.link_range_m=12"]);
+    assert!(swarm.is_ok(), "{:?}", swarm.err());
+}
+
+#[test]
 fn a_robot_s_own_file_is_checked_the_same_way() {
     let swarm = load(&[&parties(&TWO)]).unwrap_or_else(|problems| panic!("{problems}"));
     let folder = tempfile::tempdir().expect("a folder");

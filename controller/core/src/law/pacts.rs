@@ -8,8 +8,6 @@ use crate::avoid::Disc;
 use crate::links::{LinkPeer, Place};
 use drover_contract::{LinkReport, Stamp, Vec2};
 
-/// By how much each robot's position may be wrong, as links reckon with it, metres.
-pub(crate) const MARGIN_M: f64 = 0.3;
 /// Laws keep that much farther inside of their discs than the guard, metres: at their rim they could only stop.
 pub(crate) const INNER_M: f64 = 0.15;
 /// How long a term of the links' logical time lasts, seconds: several beacons, lost ones too.

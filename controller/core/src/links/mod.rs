@@ -55,6 +55,7 @@ mod pact;
 mod peer;
 mod root;
 
+use drover_config::LINK_BEGUN_SHARE;
 use drover_contract::{Departure, LINKS_TOLD_MAX, LinkEdge, LinkEntry, LinkReport, RobotId, Stamp, Vec2};
 use gossip::{Bound, Gossip};
 use pact::{Heard, Pact};
@@ -92,7 +93,7 @@ impl LinkParams {
     /// No longer link is proposed, metres: both ends have some room in their first disc.
     #[must_use]
     pub fn propose_range_m(&self) -> f64 {
-        2.0 * 0.95 * self.radius_m()
+        2.0 * LINK_BEGUN_SHARE * self.radius_m()
     }
 }
 

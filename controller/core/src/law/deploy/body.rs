@@ -7,10 +7,10 @@
 
 use super::{Around, Params, Places, Teammate};
 use crate::avoid::{Capsule, Disc, SafeSet};
-use crate::law::pacts::{INNER_M, MARGIN_M, Tied, inner};
+use crate::law::pacts::{INNER_M, Tied, inner};
 use crate::law::{Outcome, View, drive};
 use crate::links::{LinkPeer, Place};
-use drover_config::{Deploy, Exchange, RobotFile};
+use drover_config::{Deploy, Exchange, POSE_ERROR_M, RobotFile};
 use drover_contract::{LinkReport, RobotId, Stamp, Twist, Vec2};
 use std::sync::Arc;
 
@@ -45,7 +45,7 @@ impl Deployer {
         let places = Arc::new(Places::new(ids, &deploy.targets_m, deploy.range_m));
         let params = Params::of(deploy).with_bodies(file.kind.body.radius_m);
         Self {
-            mate: Teammate::with_params(params, deploy, places, own, (MARGIN_M, now)),
+            mate: Teammate::with_params(params, deploy, places, own, (POSE_ERROR_M, now)),
             period_s: deploy.period_s,
             by_snapshot: deploy.exchange == Exchange::Snapshot,
             wish_w: Vec2::zeros(),

@@ -43,13 +43,13 @@ mod trail;
 
 pub use lockstep::{FlockLockstep, FlockMember, FlockScene};
 
-use super::pacts::{INNER_M, MARGIN_M, Tied};
+use super::pacts::{INNER_M, Tied};
 use super::{Outcome, View, leads};
 use crate::avoid::{Disc, OrcaParams};
 use crate::links::{LinkPeer, Place};
 use crate::peers::Neighbour;
 use arrival::Arrival;
-use drover_config::{Avoidance, Flock, FlockGuard, FlockMode, Kind, RobotFile, SimMotion, WallFollowing};
+use drover_config::{Avoidance, Flock, FlockGuard, FlockMode, Kind, POSE_ERROR_M, RobotFile, SimMotion, WallFollowing};
 use drover_contract::{LinkReport, RobotId, Stamp, Twist, Vec2};
 use lead::Lead;
 use leader::Leader;
@@ -241,7 +241,7 @@ impl Flocker {
         if flock.guard == FlockGuard::Full {
             let (margin_m, inner_m) = match kind.sim.motion {
                 SimMotion::Point => (0.0, 0.0),
-                SimMotion::DiffDrive => (MARGIN_M, INNER_M),
+                SimMotion::DiffDrive => (POSE_ERROR_M, INNER_M),
             };
             law.params.link_m = flock.link_range_m - 2.0 * (margin_m + inner_m);
             law.params.inner_m = inner_m;
