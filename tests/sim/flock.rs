@@ -1,4 +1,5 @@
-//! Flocking in virtual time: the paper as printed, what ships, parties that meet, a leader that dies, real bodies.
+//! Flocking in virtual time: the paper as printed, what ships, parties that meet, links that are kept, a leader that
+//! dies, real bodies.
 
 use crate::support::{at_rest, at_s, braking_s, moves, reaction_s};
 use drover_config::{Behaviour, Override, Swarm, load_swarm};
@@ -83,6 +84,58 @@ fn a_leader_that_is_to_lose_nobody_waits_even_for_slow_turners() {
     let set = ["behaviour.turn_radps=0.31416", "behaviour.lose_nobody=true", "duration_s=240"];
     let runs = all("spiral", 0..4, &set);
     assert!(runs.iter().all(|run| figures(run).success), "{runs:?}");
+}
+
+/// The longest link that a party needed at any step of any run, metres.
+fn longest_m(runs: &[TrialResult]) -> f64 {
+    runs.iter().map(|run| figures(run).link_m.expect("links are asked for")).fold(0.0, f64::max)
+}
+
+#[test]
+fn with_links_kept_each_party_is_one_network_at_every_step_and_everybody_arrives() {
+    let links = |guard| [guard, "behaviour.link_range_m=0.4"];
+    for name in ["u", "t", "spiral", "comb", "forest", "headon"] {
+        let runs = all(name, 100..106, &links("behaviour.guard=full"));
+        assert!(longest_m(&runs) <= 0.4, "{name}: {} m", longest_m(&runs));
+        assert!(runs.iter().all(|run| figures(run).success && run.touched == 0), "{name}: {runs:?}");
+    }
+    let without = longest_m(&all("comb", 100..106, &links("behaviour.guard=collision")));
+    assert!(without > 1.0, "{without} m: a trap that parts nobody");
+}
+
+#[test]
+fn a_link_that_holds_somebody_for_good_costs_the_way_and_never_the_network() {
+    // Without wall following, those in the trap stay there.
+    let set = ["behaviour.guard=full", "behaviour.link_range_m=0.4", "behaviour.walls=none"];
+    for name in ["u", "comb", "door"] {
+        let runs = all(name, 100..104, &set);
+        assert!(longest_m(&runs) <= 0.4 && runs.iter().all(|run| run.touched == 0), "{name}: {runs:?}");
+    }
+}
+
+#[test]
+fn bodies_keep_their_links_over_a_bad_radio_where_they_would_part_without() {
+    let run_with = |guard: &'static str, seed: u64| {
+        // Nobody goes along walls, and the T catches some.
+        let radio = ["radio.loss=0.3", "radio.delay_ms=100.0", "behaviour.walls=none", "duration_s=60"];
+        let set = [&[guard, "behaviour.link_range_m=5.5"][..], &radio].concat();
+        run("scouts_t", (seed, Fidelity::Wire), &set)
+    };
+    let kept: Vec<TrialResult> =
+        (1..4_u64).into_par_iter().map(|seed| run_with("behaviour.guard=full", seed)).collect();
+    assert!(longest_m(&kept) <= 5.5 && kept.iter().all(|run| run.touched == 0), "{kept:?}");
+    let parted: Vec<TrialResult> =
+        (1..4_u64).into_par_iter().map(|seed| run_with("behaviour.guard=collision", seed)).collect();
+    assert!(longest_m(&parted) > 8.0, "{} m: a trap that parts nobody", longest_m(&parted));
+}
+
+#[test]
+fn bodies_that_keep_their_links_arrive_over_the_wire() {
+    for name in ["scouts_u", "scouts_t"] {
+        let run = run(name, (1, Fidelity::Wire), &["behaviour.guard=full", "behaviour.link_range_m=6"]);
+        assert!(run.reached && run.touched == 0 && run.aged_commands == 0, "{name}: {run:?}");
+        assert!(figures(&run).link_m.is_some_and(|link_m| link_m <= 6.0), "{name}: {run:?}");
+    }
 }
 
 /// Followers' mean way after their leader died at 5 s, from 10 s on to 40 s, metres.

@@ -3,6 +3,7 @@ use super::literal::Literal;
 use super::potential::{drive, pair_force};
 use super::*;
 use crate::estimate::Motion;
+use crate::links::{LinkPeer, Place as LinkPlace};
 use crate::testing::{Chance, Place, SimSwarm, flock_config, limits, robot_file};
 use drover_config::{LeaderLoss, Party};
 use drover_contract::{BehaviourState, Limits, Pose, Stamp};
@@ -409,4 +410,108 @@ fn followers_pass_a_corridor_with_a_corner_and_pillars_without_contact() {
         assert!(swarm.gap_robot_m > 0.0 && swarm.gap_wall_m > 0.0, "seed {seed}");
         assert!(swarm.nodes.iter().all(|node| node.status().reached), "seed {seed}");
     }
+}
+
+/// Somebody who keeps links as long as `link_m`.
+fn tied(flock: &Flock, link_m: f64) -> Params {
+    Params { link_m, ..params(flock) }
+}
+
+#[test]
+fn who_keeps_links_slides_along_their_rims_and_gives_slack_while_it_flocks() {
+    let (params, limits) = (tied(&flock_config(vec![[20.0, 0.0]]), 4.0), limits());
+    let disc = |x_m: f64| [Disc { centre_w: Vec2::new(x_m, 0.0), radius_m: 2.0 }];
+    let wish = Vec2::new(1.0, 0.5);
+    let left = |x_m: f64| {
+        let discs = disc(x_m);
+        let view = View { discs: &discs, ..view(&[], Twist::ZERO, &limits) };
+        let drawn_w = bonds::drawn_w(wish, &params, &view);
+        (
+            bonds::held(planes::Planes::default(), &params, &view).nearest(wish),
+            drawn_w,
+            bonds::is_at_rim(&params, &view),
+        )
+    };
+    assert_eq!(left(0.0), (wish, wish, false), "in the middle nothing is asked");
+    let (held_w, drawn_w, at_rim) = left(-2.0);
+    assert!((held_w - Vec2::new(0.0, 0.5)).norm() < 1e-9 && at_rim, "at the rim it slides: {held_w:?}");
+    assert!(drawn_w.x < wish.x, "and is drawn back: {drawn_w:?}");
+    let (held_w, _, at_rim) = left(-1.9);
+    assert!(
+        held_w.x > 0.0 && held_w.x <= 0.1 / params.settle_s + 1e-9 && !at_rim,
+        "before it, it slows down: {held_w:?}"
+    );
+    let body = Params { inner_m: 0.15, ..params };
+    let view = View { discs: &disc(-1.86), ..view(&[], Twist::ZERO, &limits) };
+    assert!(bonds::is_at_rim(&body, &view) && !bonds::is_at_rim(&params, &view), "a body keeps farther inside");
+}
+
+#[test]
+fn a_leader_waits_before_its_partys_worst_link_is_taut_and_for_no_other_party() {
+    let (limits, flock) = (limits(), flock_config(vec![[20.0, 0.0]]));
+    let flock = Flock { parties: vec![Party { last_id: 5, ..Party::of_all(1, vec![[20.0, 0.0]]) }], ..flock };
+    let params = Params { own: RobotId(1), ..tied(&flock, 5.0) };
+    let pace = |places: &[(u32, f64)]| {
+        let peers: Vec<Neighbour> = places.iter().map(|(id, x_m)| peer(*id, Pose::new(*x_m, 0.0, 0.0), 0.0)).collect();
+        bonds::pace(&params, &view(&peers, Twist::ZERO, &limits))
+    };
+    assert!((pace(&[(2, -2.0), (3, -4.0), (4, -6.0)]) - 1.0).abs() < 1e-12, "a chain of short links");
+    assert!(pace(&[(2, -4.5)]).abs() < 1e-12);
+    assert!(pace(&[(2, -1.0), (3, -5.5)]).abs() < 1e-12, "whoever's link it is");
+    assert!((0.1..0.9).contains(&pace(&[(2, -3.6)])), "slower and slower");
+    assert!((pace(&[(2, -2.0), (11, 30.0)]) - 1.0).abs() < 1e-12);
+    let free = Params { link_m: 0.0, ..params };
+    assert!(
+        (bonds::pace(&free, &view(&[peer(2, Pose::new(-9.0, 0.0, 0.0), 0.0)], Twist::ZERO, &limits)) - 1.0).abs()
+            < 1e-12
+    );
+}
+
+/// One exchange of what robots `ids` with links report, all at one place each `x_m` apart; their laws.
+fn agree(ids: &[u32], x_m: f64, seconds: u64) -> Vec<Flocker> {
+    let party = |leader, first_id, last_id| Party { leader, first_id, last_id, waypoints_m: vec![[20.0, 0.0]] };
+    let parties = vec![party(1, 1, 5), party(6, 6, 9)];
+    let flock = Flock { guard: FlockGuard::Full, link_range_m: 8.0, parties, ..flock_config(Vec::new()) };
+    let law = |id: &u32| Flocker::on_body(&flock, &robot_file(*id, 9, Pose::default(), &flock), 1, Stamp::ZERO);
+    let mut laws: Vec<Flocker> = ids.iter().map(law).collect();
+    let place_w = |at: usize| Vec2::new(x_m * at as f64, 0.0);
+    let heard = |at: usize| LinkPeer { id: RobotId(ids[at]), pos_w: place_w(at), vel_w: Vec2::zeros(), age_s: 0.0 };
+    for tick in 0..seconds * 10 {
+        let now = Stamp::from_millis(tick * 100);
+        for at in 0..ids.len() {
+            let others = (0..ids.len()).filter(|other| *other != at);
+            let peers: Vec<LinkPeer> = others.clone().map(heard).collect();
+            let place = |at| LinkPlace { pos_w: place_w(at), wish_w: Vec2::zeros(), stop_m: 0.0 };
+            let report = laws[at].attend(now, &place(at), &peers).expect("links are kept");
+            others.for_each(|other| laws[other].handle_report(now, &report, &place(other)));
+        }
+    }
+    laws
+}
+
+#[test]
+fn bodies_agree_on_links_within_their_party_and_stand_until_they_did() {
+    let discs = |law: &Flocker| {
+        let mut discs = Vec::new();
+        law.discs(&mut |disc| discs.push(disc));
+        discs
+    };
+    let limits = limits();
+    let speed = |law: &mut Flocker| {
+        let Outcome::Solved(twist) = law.step(&view(&[], Twist::ZERO, &limits)) else {
+            panic!("a leader has an answer")
+        };
+        twist.speed_mps
+    };
+    let mut young = agree(&[1, 2, 6], 2.0, 1);
+    assert!(speed(&mut young[0]).abs() < 1e-12, "it stands while links are being agreed");
+    let mut laws = agree(&[1, 2, 6], 2.0, 6);
+    let radius_m = 4.0 - 0.3;
+    assert!(matches!(discs(&laws[0])[..], [disc] if (disc.radius_m - radius_m).abs() < 1e-9), "half less the error");
+    assert_eq!(discs(&laws[0]), discs(&laws[1]));
+    assert!(discs(&laws[2]).is_empty(), "two parties are not tied together");
+    assert!(laws[0].relies_on(RobotId(2)) && !laws[0].relies_on(RobotId(6)));
+    assert!(speed(&mut laws[0]) > 0.1);
+    let mut far = agree(&[1, 2], 7.5, 6);
+    assert!(discs(&far[0]).is_empty() && speed(&mut far[0]) >= 0.0, "no longer link is begun");
 }
