@@ -100,7 +100,7 @@ fn with_links_kept_each_party_is_one_network_at_every_step_and_everybody_arrives
         assert!(runs.iter().all(|run| figures(run).success && run.touched == 0), "{name}: {runs:?}");
     }
     let without = longest_m(&all("comb", 100..106, &links("behaviour.guard=collision")));
-    assert!(without > 1.0, "{without} m: a trap that parts nobody");
+    assert!(without > 0.4, "{without} m: a trap that parts nobody");
 }
 
 #[test]

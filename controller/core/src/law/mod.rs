@@ -213,7 +213,7 @@ impl Law {
         }
     }
 
-    /// Whether the robot would hold without this peer: a follower without its leader, either end of a link that is kept.
+    /// Whether the robot would hold without this peer: a follower without its leader, the end of a link that is kept.
     pub(crate) fn relies_on(&self, peer: RobotId) -> bool {
         match &self.role {
             Role::Flocker(law) => law.relies_on(peer),

@@ -41,7 +41,7 @@ pub struct FlockFigures {
     pub stuck_s: f64,
     /// The longest time that a leader said to be giving way, s.
     pub gave_way_s: f64,
-    /// The longest link that any party needed at any moment to be one network, metres: of the tree of its shortest links.
+    /// The longest link that any party needed at any moment to be one network, metres: of its tree of shortest links.
     /// None where the file asks for no links.
     pub link_m: Option<f64>,
     /// How often robots began to follow a wall.

@@ -3,7 +3,7 @@
 //! C, the discs in which a robot has to stay, is held by the last layer whatever a law wishes
 //! ([`super::lockstep`], the supervisor's guard). A flock that knew nothing of it would end with every link taut, and
 //! nobody could go round a trap. So, within the law:
-//! - *Discs are bounds on velocities* as walls are ([`super::planes`]): the robot slides along the rim and does not stop.
+//! - *Discs are bounds on velocities* as walls are ([`super::planes`]): the robot slides along the rim.
 //! - *Who flocks gives slack*: beyond `SLACK` of a disc's radius it is drawn back to the disc's middle, so that a mate
 //!   who has to go along a wall can. Who follows a wall is not drawn.
 //! - *The leader waits* well before the party's worst link is taut: the longest of the tree of shortest links.
@@ -21,8 +21,8 @@ const SLACK: f64 = 0.55;
 const RIM: f64 = 0.98;
 /// The leader slows down when the party's worst link is longer than the first share of what one may be, and stands at
 /// the second.
-const LOOSE: f64 = 0.6;
-const TAUT: f64 = 0.85;
+const LOOSE: f64 = 0.45;
+const TAUT: f64 = 0.7;
 
 /// Bounds, with the discs of links beside them.
 pub(super) fn held(mut planes: Planes, params: &Params, view: &View<'_>) -> Planes {
