@@ -72,11 +72,11 @@ fn two_flocks_that_meet_at_a_door_both_come_through() {
 }
 
 #[test]
-fn a_door_that_is_hardly_wider_than_a_robot_lets_most_through_and_hurts_nobody() {
+fn a_door_that_is_hardly_wider_than_a_robot_lets_nearly_all_through_and_hurts_nobody() {
     let runs = all("door", 0..10, &[]);
     let through: u64 = runs.iter().map(|run| 4 - figures(run).lost.min(4)).sum();
     assert!(runs.iter().all(|run| run.touched == 0), "{runs:?}");
-    assert!(through >= 34, "{through} of 40 followers");
+    assert!(through >= 38, "{through} of 40 followers");
 }
 
 #[test]
@@ -173,8 +173,8 @@ fn bodies_with_noisy_lidars_arrive_without_a_touch_over_the_wire() {
 }
 
 /// Rovers over the wire whose leader's process, the first of the file, dies at `dies_s`.
-fn without_leader(dies_s: f64, seed: u64, set: &[&str]) -> (Swarm, VirtualSwarm) {
-    let swarm = scene("scouts_u", seed, set);
+fn without_leader((name, dies_s): (&str, f64), seed: u64, set: &[&str]) -> (Swarm, VirtualSwarm) {
+    let swarm = scene(name, seed, set);
     let mut rovers = at_rest(&swarm);
     rovers.run_until(at_s(dies_s));
     assert!((0..swarm.robots.len()).all(|robot| moves(&rovers, robot)), "all are under way");
@@ -184,7 +184,7 @@ fn without_leader(dies_s: f64, seed: u64, set: &[&str]) -> (Swarm, VirtualSwarm)
 
 #[test]
 fn bodies_without_their_leader_stop_in_time_and_stay_if_nobody_is_to_be_elected() {
-    let (swarm, mut rovers) = without_leader(20.0, 1, &["behaviour.leader_loss=stop"]);
+    let (swarm, mut rovers) = without_leader(("scouts_u", 20.0), 1, &["behaviour.leader_loss=stop"]);
     let kind = swarm.kind_of(&swarm.robots[1]);
     let bound_s = f64::from(kind.timeouts.peer_ms) * 1e-3 + reaction_s(kind) + braking_s(kind);
     let killed = rovers.now();
@@ -203,18 +203,19 @@ fn bodies_without_their_leader_stop_in_time_and_stay_if_nobody_is_to_be_elected(
 }
 
 #[test]
-fn bodies_without_their_leader_elect_another_and_arrive_if_they_are_to() {
-    for seed in 1..4 {
-        // It starts aside of the way, and dies before it is on it: its body is in nobody's.
-        let set = ["behaviour.leader_loss=elect", "robot[0].start.y_m=21.0"];
-        let (swarm, mut rovers) = without_leader(6.0, seed, &set);
-        rovers.run_until(at_s(12.0));
+fn bodies_without_their_leader_elect_another_and_go_round_its_body_to_the_end() {
+    // It dies on its way, and so on everybody's; its drive rolls on from where it was last heard.
+    let deaths = ["scouts_u", "scouts_t"].into_iter().flat_map(|name| [6.0, 20.0, 30.0].map(|dies_s| (name, dies_s)));
+    let runs: Vec<((&str, f64), u64)> = deaths.flat_map(|death| (1..4).map(move |seed| (death, seed))).collect();
+    runs.into_par_iter().for_each(|(death, seed)| {
+        let (swarm, mut rovers) = without_leader(death, seed, &["behaviour.leader_loss=elect"]);
+        rovers.run_until(at_s(death.1 + 6.0));
         let leader = |robot: usize| rovers.robot(robot).expect("alive").status().leader;
-        assert!((1..swarm.robots.len()).all(|robot| leader(robot) == Some(RobotId(2))), "the lowest id of the living");
+        let agree = (1..swarm.robots.len()).all(|robot| leader(robot).is_none_or(|leader| leader == RobotId(2)));
+        assert!(agree && leader(1) == Some(RobotId(2)), "the lowest id of the living: {death:?} {seed}");
         let summary = rovers.run();
-        assert_eq!(summary.ended, "every robot reached the end", "{summary:#?}");
-        assert!(summary.robots[1..].iter().all(|robot| robot.reached), "{summary:#?}");
+        assert_eq!(summary.ended, "every robot reached the end", "{death:?} {seed}: {summary:#?}");
         let gaps_m = [summary.min_gap_robot_m, summary.min_gap_wall_m];
-        assert!(gaps_m.into_iter().flatten().all(|gap_m| gap_m > 0.0), "{summary:#?}");
-    }
+        assert!(gaps_m.into_iter().flatten().all(|gap_m| gap_m > 0.0), "{death:?} {seed}: {summary:#?}");
+    });
 }

@@ -7,7 +7,9 @@
 //! A peer's pose is carried forward by its last velocity for as long as it may be followed, no longer. What it may
 //! have done meanwhile is a disc that grows with age, `A_UNSEEN t^2 / 2`, the reachable set of a body that changes its
 //! mind, up to `REACH_M_MAX`. A peer silent for `SILENT_S` keeps its last pose as an obstacle without that disc: it has
-//! stopped (absent means stop) or its radio is broken, and then the scan sees it. It stays until it is heard again.
+//! stopped (absent means stop) or its radio is broken, and then the scan sees it. It stays until it is heard again; but
+//! where the scan looks through its last place, it is not there (a drive rolls on for a while), and what the scan shows
+//! elsewhere may be it.
 //!
 //! Clocks of two robots are not comparable, but differences are: of all beacons of one life the one that took least
 //! time sets an offset, and what a later one takes beyond that counts as age. So a beacon that lay in a queue is as
@@ -65,6 +67,10 @@ pub(crate) struct Body {
     pub(crate) radius_m: f64,
     /// Its centre is within this distance of `pos_w`, metres.
     pub(crate) bound_m: f64,
+    /// Whether it was heard within the timeout.
+    pub(crate) heard: bool,
+    /// Whether it has been silent for so long that it stands, wherever that is.
+    pub(crate) stands: bool,
 }
 
 /// Why beacons were not taken, and how many were.
@@ -206,6 +212,8 @@ impl Peers {
             pos_w: self.pose_wb(record, now).position(),
             radius_m: record.beacon.radius_m.max(record.radius_m),
             bound_m: record.beacon.pos_bound_m + record.reach_m(now),
+            heard: record.age_us(now) <= self.timeout_us,
+            stands: seconds(record.age_us(now)) > SILENT_S,
         }
     }
 

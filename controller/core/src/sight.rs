@@ -16,6 +16,8 @@ const MATCH_SLACK_M: f64 = 0.15;
 const MATCH_BOUND_M_MAX: f64 = 0.4;
 /// That many unknown beams side by side are a blind spot; fewer take the nearer of their two neighbours.
 const BLIND_RUN: usize = 3;
+/// So many beams have to pass where a body would be before it is not there.
+const THROUGH_BEAMS: f64 = 3.0;
 /// No beam, and all of them.
 const NONE: Range<f64> = -1.0..-1.0;
 const ALL: [Range<f64>; 2] = [0.0..f64::INFINITY, NONE];
@@ -148,6 +150,26 @@ impl Surroundings {
         self.points_b.push(point_b.coords);
     }
 
+    /// Whether beams enough pass where a disc would be: known ones, that show something behind it or nothing.
+    fn looks_through(&self, centre_b: Vec2, radius_m: f64) -> bool {
+        let centre_s = self.sensor_b.inverse_transform_point(&Point2::from(centre_b)).coords;
+        let apart_m = centre_s.norm();
+        if apart_m <= radius_m {
+            return self.blind_b.is_empty(); // we are there ourselves
+        }
+        if apart_m + radius_m > self.range_m_max {
+            return false;
+        }
+        let half_rad = half_angle_rad(radius_m / apart_m);
+        let beams = 2.0 * half_rad * self.rays.per_rad.abs();
+        let to_centre_b = (centre_b - self.sensor_b.translation.vector) / apart_m;
+        let blind = self.blind_b.iter().any(|ray_b| ray_b.dot(&to_centre_b) > 1.0 - half_rad * half_rad / 2.0);
+        let runs = self.rays.within(f64::from(quick_angle(centre_s.y as f32, centre_s.x as f32)), half_rad);
+        let is_behind =
+            |index: usize| (self.points_b[index] - self.sensor_b.translation.vector).norm() > apart_m + radius_m;
+        beams >= THROUGH_BEAMS && !blind && runs.iter().flat_map(|run| self.points_on(run)).all(is_behind)
+    }
+
     /// The points (by index) on the beams of a run.
     fn points_on(&self, beams: &Range<f64>) -> Range<usize> {
         let Some(last) = self.starts.len().checked_sub(1) else { return 0..0 };
@@ -203,10 +225,21 @@ fn stand_in(scan: &Scan, index: usize, count: usize) -> Option<f64> {
 /// Which hits are peers' bodies. Its lists are kept from tick to tick.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Matches {
-    /// Of each point whether it may be on a body.
+    /// Of each point whether it may be on a body that is heard.
     on_body: Vec<bool>,
-    /// Of each body where it is, body frame, and the nearest hit that may be on it.
-    pub(crate) bodies: Vec<(Vec2, Option<Vec2>)>,
+    /// Of each body where it is.
+    pub(crate) bodies: Vec<Sighting>,
+}
+
+/// Where a peer's body is, body frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sighting {
+    /// Its middle, as it told.
+    pub(crate) centre_b: Vec2,
+    /// The nearest hit that may be on it.
+    pub(crate) hit_b: Option<Vec2>,
+    /// It stands, but not there: the scan looks through that place.
+    pub(crate) gone: bool,
 }
 
 impl Matches {
@@ -218,13 +251,15 @@ impl Matches {
         let world_b = motion.pose_wb.isometry().inverse();
         for body in bodies {
             let centre_b = (world_b * Point2::from(body.pos_w)).coords;
-            let nearest_b = self.take(seen, centre_b, match_radius_m(body, motion.pos_bound_m));
-            self.bodies.push((centre_b, nearest_b));
+            let hit_b = self.take(seen, (centre_b, match_radius_m(body, motion.pos_bound_m)), body.heard);
+            let gone = body.stands && hit_b.is_none() && seen.looks_through(centre_b, body.radius_m);
+            self.bodies.push(Sighting { centre_b, hit_b, gone });
         }
     }
 
-    /// Mark all points within `within_m` of a centre; the one nearest to us. Only beams that point there are looked at.
-    fn take(&mut self, seen: &Surroundings, centre_b: Vec2, within_m: f64) -> Option<Vec2> {
+    /// All points within `within_m` of a centre: the one nearest to us; marked if that body is heard. Only beams that
+    /// point there are looked at.
+    fn take(&mut self, seen: &Surroundings, (centre_b, within_m): (Vec2, f64), heard: bool) -> Option<Vec2> {
         let centre_s = seen.sensor_b.inverse_transform_point(&Point2::from(centre_b)).coords;
         let apart_m = centre_s.norm();
         if apart_m - within_m > seen.range_m_max {
@@ -240,7 +275,7 @@ impl Matches {
         for index in runs.iter().flat_map(|run| seen.points_on(run)) {
             let point_b = seen.points_b[index];
             if (point_b - centre_b).norm_squared() <= within_m * within_m {
-                self.on_body[index] = true;
+                self.on_body[index] |= heard;
                 let nearer = nearest_b.is_none_or(|nearest_b| point_b.norm_squared() < nearest_b.norm_squared());
                 nearest_b = if nearer { Some(point_b) } else { nearest_b };
             }
@@ -248,7 +283,8 @@ impl Matches {
         nearest_b
     }
 
-    /// The hits that are not peers', in the body frame of now: what laws take for walls.
+    /// The hits that are no heard peers', in the body frame of now: what laws take for walls. Who is not heard any more
+    /// tells nobody that it makes way, and stands there like a wall.
     pub(crate) fn walls<'a>(&'a self, seen: &'a Surroundings) -> impl Iterator<Item = Vec2> + 'a {
         let hits = seen.points_b.iter().zip(&self.on_body);
         hits.filter(|(_, on_body)| !**on_body).map(|(point_b, _)| *point_b)
@@ -305,7 +341,7 @@ mod tests {
         let hits = [(0, 1.6), (18, 4.0)];
         let at =
             |place: Option<Vec2>, x: f64, y: f64| place.is_some_and(|place| (place - Vec2::new(x, y)).norm() < 1e-9);
-        let peer = Body { pos_w: Vec2::new(10.0, 7.0), radius_m: 0.4, bound_m: 0.05 };
+        let peer = Body { pos_w: Vec2::new(10.0, 7.0), radius_m: 0.4, bound_m: 0.05, heard: true, stands: false };
         assert!(at(nearest_wall(&hits, &motion, &[peer]), 0.0, 4.0));
         assert!(at(nearest_wall(&hits, &motion, &[]), 1.6, 0.0));
         let elsewhere = Body { pos_w: Vec2::new(10.0, 9.0), ..peer };
@@ -342,7 +378,7 @@ mod tests {
             let motion = standing(Pose::new(0.3, 0.4, 0.5));
             let mut seen = Surroundings::default();
             seen.look(&scan, &Pose::new(0.1, 0.2, mount_yaw).isometry(), &motion, Stamp::ZERO);
-            let body = Body { pos_w: Vec2::new(x, y), radius_m, bound_m: 0.05 };
+            let body = Body { pos_w: Vec2::new(x, y), radius_m, bound_m: 0.05, heard: true, stands: false };
             let mut matches = Matches::default();
             matches.find(&seen, &motion, &[body]);
             let near = |point_b: &Vec2| {
@@ -351,5 +387,46 @@ mod tests {
             let expected: Vec<bool> = seen.points_b.iter().map(near).collect();
             prop_assert_eq!(matches.on_body, expected);
         }
+    }
+
+    #[test]
+    fn a_silent_peer_is_gone_where_beams_pass_its_place_and_only_there() {
+        let mut seen = Surroundings::default();
+        let mount = Isometry2::identity();
+        let motion = standing(Pose::default());
+        let mut gone = |hits: &[(usize, f64)], unknown: &[usize], at_w: Vec2, stands: bool| {
+            let mut scan = scan(hits);
+            unknown.iter().for_each(|beam| scan.beams[*beam] = Beam::Unknown);
+            seen.look(&scan, &mount, &motion, Stamp::ZERO);
+            let mut matches = Matches::default();
+            let body = Body { pos_w: at_w, radius_m: 0.4, bound_m: 0.05, heard: false, stands };
+            matches.find(&seen, &motion, &[body]);
+            matches.bodies[0].gone
+        };
+        let there = Vec2::new(2.0, 0.0);
+        assert!(gone(&[], &[], there, true), "nothing is in its direction");
+        assert!(gone(&[(0, 5.0), (1, 5.0)], &[], there, true), "a wall behind it");
+        assert!(!gone(&[(0, 1.6)], &[], there, true), "it is seen");
+        assert!(!gone(&[(0, 0.8)], &[], there, true), "something stands in front of it");
+        assert!(!gone(&[], &[71, 0, 1], there, true), "a blind spot");
+        assert!(!gone(&[], &[], Vec2::new(7.8, 0.0), true), "out of range");
+        assert!(!gone(&[], &[], Vec2::new(6.0, 0.0), true), "too few beams pass there");
+        assert!(!gone(&[], &[], there, false), "it may be on its way");
+        assert!(gone(&[], &[], Vec2::new(0.2, 0.1), true), "we are there ourselves");
+    }
+
+    #[test]
+    fn who_is_not_heard_is_a_wall_to_laws() {
+        let mut seen = Surroundings::default();
+        let motion = standing(Pose::default());
+        seen.look(&scan(&[(0, 1.6)]), &Isometry2::identity(), &motion, Stamp::ZERO);
+        let walls = |heard: bool| {
+            let mut matches = Matches::default();
+            let body = Body { pos_w: Vec2::new(2.0, 0.0), radius_m: 0.4, bound_m: 0.05, heard, stands: false };
+            matches.find(&seen, &motion, &[body]);
+            assert!(matches.bodies[0].hit_b.is_some(), "the supervisor knows whose hit it is");
+            matches.walls(&seen).count()
+        };
+        assert_eq!((walls(true), walls(false)), (0, 1));
     }
 }

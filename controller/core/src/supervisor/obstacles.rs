@@ -12,12 +12,15 @@
 //!
 //! - **Links**: discs on which both ends of a link have agreed; the centre stays in each ([`crate::links`]).
 //!
+//! A peer that has been silent for long and is not where it was last, because the scan looks through that place, is
+//! wherever the scan shows something: as an unheard peer.
+//!
 //! A peer that the scan sees is measured by the scan: the bounds on both poses then do not matter. One that it does not
 //! see is taken from its beacon, as large as the bounds make it.
 
 use super::Reason;
 use crate::peers::Body;
-use crate::sight::{Matches, Surroundings};
+use crate::sight::{Matches, Sighting, Surroundings};
 use drover_contract::Vec2;
 
 /// What is added to an unseen peer for what the poses are uncertain by, metres, at most: beyond it a lost robot would
@@ -100,9 +103,10 @@ fn stranger_plane(hit_b: Vec2, keep_m: f64) -> Option<Plane> {
 
 /// The near side of a peer that is heard and not seen, as large as the bounds on both poses make it, body frame; `None`
 /// if it is seen, or all around us.
-pub(crate) fn near_side(body: &Body, (centre_b, hit_b): (Vec2, Option<Vec2>), own_bound_m: f64) -> Option<Vec2> {
+pub(crate) fn near_side(body: &Body, sighting: Sighting, own_bound_m: f64) -> Option<Vec2> {
+    let Sighting { centre_b, hit_b, gone } = sighting;
     let apart_m = centre_b.norm();
-    let towards_b = centre_b.try_normalize(1e-6).filter(|_| hit_b.is_none())?;
+    let towards_b = centre_b.try_normalize(1e-6).filter(|_| hit_b.is_none() && !gone)?;
     Some(towards_b * (apart_m - widened_m(body, own_bound_m)).max(1e-3))
 }
 
@@ -111,7 +115,11 @@ fn widened_m(body: &Body, own_bound_m: f64) -> f64 {
     body.radius_m + (body.bound_m + own_bound_m).min(BOUND_M_MAX)
 }
 
-fn peer_plane(body: &Body, (centre_b, hit_b): (Vec2, Option<Vec2>), own_bound_m: f64, keep_m: f64) -> Option<Plane> {
+fn peer_plane(body: &Body, sighting: Sighting, own_bound_m: f64, keep_m: f64) -> Option<Plane> {
+    let Sighting { centre_b, hit_b, gone } = sighting;
+    if gone {
+        return None;
+    }
     let (towards_b, gap_m) = match hit_b {
         Some(hit_b) => (hit_b, hit_b.norm() - keep_m),
         None => (centre_b, centre_b.norm() - widened_m(body, own_bound_m) - keep_m),

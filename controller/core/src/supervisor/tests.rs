@@ -138,7 +138,7 @@ fn a_robot_slides_along_a_wall_at_its_margin() {
 fn an_unseen_peer_ahead_is_taken_from_its_beacon_and_leaves_half_of_the_gap() {
     let motion = motion(Pose::default(), Twist::ZERO);
     let ahead = |x_m: f64| {
-        let body = Body { pos_w: Vec2::new(x_m, 0.0), radius_m: 0.4, bound_m: 0.1 };
+        let body = Body { pos_w: Vec2::new(x_m, 0.0), radius_m: 0.4, bound_m: 0.1, heard: true, stands: false };
         obstacles_of(&Surroundings::default(), &motion, &[body], params().keep_m(), false)
     };
     assert_eq!(ahead(1.35).planes.len(), 1);

@@ -542,7 +542,7 @@ mod tests {
     fn a_peers_body_is_no_wall_and_the_way_to_it_is_free() {
         let scan = scan(vec![Beam::Hit(2.0); 72]);
         let sensor_w = Pose::default().isometry();
-        let peer = Body { pos_w: Vec2::new(2.3, 0.0), radius_m: 0.3, bound_m: 0.05 };
+        let peer = Body { pos_w: Vec2::new(2.3, 0.0), radius_m: 0.3, bound_m: 0.05, heard: true, stands: false };
         let of = |index| ray(&scan, index, (&sensor_w, 4.0), |end_w| is_body(end_w, &[peer], 0.0)).expect("a reading");
         assert!(!of(0).hit && (of(0).end_w.x - 1.6).abs() < 1e-9, "{:?}", of(0));
         assert!(of(18).hit, "the wall to the left");

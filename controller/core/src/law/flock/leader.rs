@@ -8,6 +8,10 @@
 //! and Automation 16(5), 2000: the repulsion is scaled by the distance to the end, or an end near a wall is not
 //! reached.
 //!
+//! **Round what stands there**: the legs are free in the swarm's file, and a robot that died or a mover may stand on
+//! one all the same. If the way ahead is not free as far as is seen, the leader goes in the direction nearest to it
+//! that is, on the side that it chose first, until the way is free again.
+//!
 //! **Waiting**: it never waits (invariant 5), unless it is asked to lose nobody: then a follower that is heard from
 //! some spacings beyond the flock's own reach slows the leader down, and at last stops it for as long as it takes.
 //!
@@ -16,13 +20,16 @@
 //! gives way to each leader once.
 
 use super::laser::{companion_w, returns_w};
+use super::recent::Recent;
 use super::route::Route;
 use super::safe::{track, wall_planes};
+use super::trail::is_clear;
 use super::{Params, bonds, is_mate, spread_m};
 use crate::law::View;
 use crate::peers::Neighbour;
 use drover_config::{Flock, FlockMode, LeaderWay};
-use drover_contract::{RobotId, Stamp, Twist, Vec2};
+use drover_contract::{Pose, RobotId, Stamp, Twist, Vec2};
+use std::f64::consts::PI;
 use std::time::Duration;
 
 /// With `lose_nobody`, a follower farther away than the flock's own reach and the first so many spacings slows the
@@ -48,6 +55,9 @@ pub(super) struct Leader {
     aside: Option<Aside>,
     /// Whom it has given way to already.
     passed: Option<RobotId>,
+    recent: Recent,
+    /// Which way round what stands on the leg: +1 to the left.
+    round: Option<f64>,
 }
 
 /// Giving way to a party.
@@ -65,7 +75,7 @@ impl Leader {
         let points_w = flock.party_of(params.own.0).map(|party| &party.waypoints_m);
         let points_w = points_w.into_iter().flatten().map(|[x, y]| Vec2::new(*x, *y)).collect();
         let route = Route::new(flock.waypoint_radius_m, flock.spacing_m * AIM, points_w);
-        Self { route, way: flock.leader_way, aside: None, passed: None }
+        Self { route, way: flock.leader_way, aside: None, passed: None, recent: Recent::default(), round: None }
     }
 
     /// One tick.
@@ -78,13 +88,13 @@ impl Leader {
         if let Some(aside) = self.aside {
             let way = aside.place_w - view.motion.pose_wb.position();
             let wish_w = way * (params.leader_speed_mps / way.norm().max(params.spacing_m / 2.0));
-            let places_w: Vec<Vec2> = returns_w(params, view).collect();
-            let walls = wall_planes(params, &places_w, view.motion.pose_wb.position());
-            let vel_w = bonds::held(walls, params, view).nearest(wish_w);
-            return track(params, vel_w, params.turn_radps, view);
+            return self.go_round(params, wish_w, view);
         }
         match self.way {
-            LeaderWay::Pursuit => self.route.pursue(cruise_mps, view),
+            LeaderWay::Pursuit => match self.round_w(params, view) {
+                Some(way_w) => self.go_round(params, way_w * cruise_mps, view),
+                None => self.route.pursue(cruise_mps, view),
+            },
             LeaderWay::Potential => match self.potential_w(params, cruise_mps, view) {
                 Some(vel_w) => track(params, vel_w, params.turn_radps, view),
                 None => Twist::ZERO,
@@ -112,6 +122,36 @@ impl Leader {
 
     pub(super) fn progress(&self) -> f64 {
         self.route.progress()
+    }
+
+    /// The direction past what stands in the way, a unit vector, or zero if there is none; `None` if the way is free.
+    fn round_w(&mut self, params: &Params, view: &View<'_>) -> Option<Vec2> {
+        let at_w = view.motion.pose_wb.position();
+        let ahead = (self.route.aim_w()? - at_w).cap_magnitude(params.obstacle_range_m);
+        let places_w = self.recent.look(params, view);
+        let is_free = |way: Vec2| is_clear(params, (at_w, &places_w), at_w + way);
+        if params.mode == FlockMode::Literal || is_free(ahead) {
+            self.round = None;
+            return None;
+        }
+        let on_side = |side: f64| {
+            let mut ways = (1..=ROUND_STEPS).map(|step| (step, turned(ahead, side * ROUND_RAD * f64::from(step))));
+            ways.find(|(_, way)| is_free(*way))
+        };
+        let (left, right) = (on_side(1.0), on_side(-1.0));
+        let steps = |way: Option<(u32, Vec2)>| way.map_or(u32::MAX, |(step, _)| step);
+        let nearer = if steps(left) <= steps(right) { 1.0 } else { -1.0 };
+        let chosen = self.round.filter(|side| if *side > 0.0 { left.is_some() } else { right.is_some() });
+        let side = *self.round.insert(chosen.unwrap_or(nearer));
+        let way = if side > 0.0 { left } else { right };
+        Some(way.and_then(|(_, way)| way.try_normalize(1e-9)).unwrap_or_else(Vec2::zeros))
+    }
+
+    /// As far as walls and links leave a wish.
+    fn go_round(&mut self, params: &Params, wish_w: Vec2, view: &View<'_>) -> Twist {
+        let places_w = self.recent.look(params, view);
+        let walls = wall_planes(params, &places_w, view.motion.pose_wb.position());
+        track(params, bonds::held(walls, params, view).nearest(wish_w), params.turn_radps, view)
     }
 
     fn potential_w(&self, params: &Params, cruise_mps: f64, view: &View<'_>) -> Option<Vec2> {
@@ -154,6 +194,15 @@ impl Leader {
         };
         self.aside = view.neighbours.iter().filter(meets).find_map(|peer| aside_of(params, at_w, peer, view.now));
     }
+}
+
+/// Directions round what stands in the way are tried in steps of this, radians, and so many to each side.
+const ROUND_RAD: f64 = PI / 36.0;
+const ROUND_STEPS: u32 = 24;
+
+/// A vector turned counter-clockwise.
+fn turned(vector: Vec2, by_rad: f64) -> Vec2 {
+    Pose::new(0.0, 0.0, by_rad).rotate(vector)
 }
 
 /// How far ahead on a leg the leader aims, in spacings.

@@ -114,9 +114,9 @@ impl Trail {
     }
 }
 
-/// Whether nothing that is seen lies in the way to a place.
-fn is_clear(params: &Params, (at_w, walls_w): (Vec2, &[Vec2]), place_w: Vec2) -> bool {
-    // Where the last layer lets the leader through it lets us, and walls push us into the middle.
+/// Whether nothing that is seen lies in the way to a place: where the last layer let the leader through it lets us, and
+/// walls push us into the middle.
+pub(super) fn is_clear(params: &Params, (at_w, walls_w): (Vec2, &[Vec2]), place_w: Vec2) -> bool {
     let room_m = params.radius_m + GUARDED * params.margin_m;
     let apart_m = (place_w - at_w).norm().max(1e-9);
     let way = (place_w - at_w) / apart_m;
