@@ -203,14 +203,16 @@ fn without_noise_a_journey_on_values_is_the_journey_on_the_wire() {
 
 #[test]
 fn with_all_its_noise_a_journey_on_values_is_that_on_the_wire_but_for_what_tips_over() {
-    let (mut worst_m, mut same_state) = (Vec::new(), Vec::new());
+    let (mut worst_m, mut same_state, mut gaps_m) = (Vec::new(), Vec::new(), Vec::new());
     for seed in 31..=37 {
         let all = journeys(&first(seed, false, &[]));
         let text = format!("seed {seed}: {all:?}");
         assert!(all.leader_m < 3e-3, "{text}");
         assert!(all.same_state > 0.85, "{text}");
         assert!(all.done_s.iter().all(|done_s| done_s.is_finite()), "{text}");
-        assert!((0..2).all(|n| (all.gaps_m[0][n] - all.gaps_m[1][n]).abs() < 0.06), "{text}");
+        let [values_m, wire_m] = all.gaps_m;
+        assert!(values_m.iter().chain(&wire_m).all(|gap_m| *gap_m > 0.1), "{text}");
+        gaps_m.push(f64::max((values_m[0] - wire_m[0]).abs(), (values_m[1] - wire_m[1]).abs()));
         worst_m.push(all.follower_m);
         same_state.push(all.same_state);
     }
@@ -218,5 +220,7 @@ fn with_all_its_noise_a_journey_on_values_is_that_on_the_wire_but_for_what_tips_
     // way around another robot. Seeds 1..=60: medians of 0.13 m and 0.998; a worst of 1.2 m and 0.92.
     worst_m.sort_by(f64::total_cmp);
     same_state.sort_by(f64::total_cmp);
+    gaps_m.sort_by(f64::total_cmp);
+    assert!(gaps_m[3] < 0.06, "the median of {gaps_m:?}");
     assert!(worst_m[3] < 0.25 && same_state[3] > 0.95, "the medians of {worst_m:?} and {same_state:?}");
 }

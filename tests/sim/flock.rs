@@ -48,7 +48,7 @@ fn as_printed_robots_stay_behind_touch_walls_and_are_trapped_again() {
         assert!(succeed <= 10, "{name}: {succeed} of 20");
         assert!(runs.iter().any(|run| run.touched > 0), "{name}: reversing blindly");
         assert!(runs.iter().any(|run| figures(run).wall_entries > 10), "{name}: trapped again and again");
-        let without = all(name, 0..20, &["behaviour.walls=none"]);
+        let without = all(name, 0..20, &["behaviour.walls=none", "behaviour.trail=false"]);
         assert!(without.iter().any(|run| !figures(run).success), "{name}: a trap that catches nobody");
     }
 }
@@ -116,9 +116,10 @@ fn a_link_that_holds_somebody_for_good_costs_the_way_and_never_the_network() {
 #[test]
 fn bodies_keep_their_links_over_a_bad_radio_where_they_would_part_without() {
     let run_with = |guard: &'static str, seed: u64| {
-        // Nobody goes along walls, and the T catches some.
-        let radio = ["radio.loss=0.3", "radio.delay_ms=100.0", "behaviour.walls=none", "duration_s=60"];
-        let set = [&[guard, "behaviour.link_range_m=5.5"][..], &radio].concat();
+        // Nobody goes along walls or a trail, and the T catches some.
+        let radio = ["radio.loss=0.3", "radio.delay_ms=100.0", "duration_s=60"];
+        let trap = ["behaviour.walls=none", "behaviour.trail=false"];
+        let set = [&[guard, "behaviour.link_range_m=5.5"][..], &radio, &trap].concat();
         run("scouts_t", (seed, Fidelity::Wire), &set)
     };
     let kept: Vec<TrialResult> =

@@ -86,11 +86,13 @@ const OURS: [Row; 3] = [
 ];
 
 /// What ships, each time without one of its parts, or with one that it does without.
-const PARTS: [Row; 8] = [
+const PARTS: [Row; 10] = [
     Row::of_all("safe, reverse", "reverse=true"),
     Row::of_all("safe, front laser", "laser_rad=3.1416"),
-    Row::of_all("safe, no side latch", "side_latch=false"),
+    Row::of_all("safe, no side latch", "trail=false side_latch=false"),
+    Row::of_all("safe, no trail", "trail=false"),
     Row::of_all("safe, no wall following", "walls=none"),
+    Row::of_all("safe, neither", "trail=false walls=none"),
     Row::of_all("safe, no right of way", "right_of_way=false"),
     Row::of_all("safe, ORCA", "avoidance=orca"),
     Row::of_all("safe, loses nobody", "lose_nobody=true"),

@@ -102,6 +102,10 @@ impl Safe {
         if params.trail {
             self.trail.hear(params, leader, (at_w, &places_w), spread_m(params, view));
         }
+        let come_up = has_come_up(params, leader, view);
+        if come_up {
+            self.trail.leave();
+        }
         let aim = self.trail.aim(params, at_w, &places_w);
         let attractor_w = aim.map_or(leader_w, |aim| aim.place_w);
         let mut wish_w = bonds::drawn_w(flocking_w(params, (leader, aim), view), params, view);
@@ -120,7 +124,7 @@ impl Safe {
                 }
             }
         } else if self.blocked.lasts(view.now, by_walls, params.deadlock) {
-            if self.trail.turn_back() {
+            if !come_up && self.trail.turn_back() {
                 self.blocked = Blocked::default();
             } else if params.walls != WallFollowing::None
                 && let Some(nearest_w) = companion_w(places_w.iter().copied(), at_w)
@@ -363,6 +367,21 @@ fn are_in_the_way(params: &Params, wish_w: Vec2, walls: &Planes, leader: &Neighb
     let wish_mps = wish_w.norm();
     let share = if stands(params, leader) { WISH_STANDING } else { WISH };
     wish_mps >= share * params.leader_speed_mps && walls.nearest(wish_w).dot(&wish_w) / (wish_mps * wish_mps) < THROUGH
+}
+
+/// Whether it is where a flock rests around a leader that stands: within its reach, or behind a mate that stands, too.
+/// Walls press on it there, and whoever is in front of it does not go on.
+fn has_come_up(params: &Params, leader: &Neighbour, view: &View<'_>) -> bool {
+    let at_w = view.motion.pose_wb.position();
+    let near_m = |peer: &Neighbour| (peer.pose_wb.position() - at_w).norm();
+    let in_front = |peer: &&Neighbour| {
+        is_mate(params, peer)
+            && near_m(peer) <= params.spacing_m
+            && peer.twist_b.speed_mps.abs() < STANDS * params.wall_speed_mps
+            && goes_first(params, leader, peer, at_w)
+    };
+    stands(params, leader)
+        && (near_m(leader) <= spread_m(params, view) || view.neighbours.iter().any(|peer| in_front(&peer)))
 }
 
 /// Whether a leader stands.

@@ -101,6 +101,11 @@ impl Trail {
         new
     }
 
+    /// The leader has come to where it wanted, and so have we.
+    pub(super) fn leave(&mut self) {
+        self.lags = false;
+    }
+
     /// Where to go along the trail; none for who goes straight to its leader.
     pub(super) fn aim(&self, params: &Params, at_w: Vec2, walls_w: &[Vec2]) -> Option<Aim> {
         if !self.lags {
