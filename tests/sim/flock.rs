@@ -41,6 +41,17 @@ fn what_ships_gets_out_of_every_trap_without_a_touch_and_in_order() {
 }
 
 #[test]
+fn a_single_robot_follows_the_wall_out_of_a_trap_to_a_goal_that_stands() {
+    // No leader has gone before it: there is no trail.
+    for run in all("single", 100..110, &[]) {
+        let figures = figures(&run);
+        assert!(run.reached && figures.success && run.touched == 0 && figures.wall_entries > 0, "{run:?}");
+    }
+    let without = all("single", 100..110, &["behaviour.walls=none"]);
+    assert!(without.iter().all(|run| !run.reached), "{without:?}");
+}
+
+#[test]
 fn as_printed_robots_stay_behind_touch_walls_and_are_trapped_again() {
     for name in ["u", "t"] {
         let runs = all(name, 0..20, &["behaviour.mode=literal"]);

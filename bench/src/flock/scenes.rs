@@ -7,9 +7,10 @@ use std::ops::Range;
 use std::path::Path;
 
 /// The scenes, as their files are.
-const SCENES: [(&str, &[&str]); 7] = [
+const SCENES: [(&str, &[&str]); 8] = [
     (OF_PAPER[0], &[]),
     (OF_PAPER[1], &[]),
+    ("flock_single", &[]),
     ("flock_spiral", &[]),
     ("flock_comb", &[]),
     ("flock_door", &[]),

@@ -32,8 +32,8 @@ use std::f64::consts::{PI, TAU};
 const THROUGH: f64 = 0.35;
 /// A wish smaller than this share of the leader's speed is none.
 const WISH: f64 = 0.2;
-/// The same behind a leader that stands: a flock at rest presses against walls a little.
-const WISH_STANDING: f64 = 1.0;
+/// The same behind a mate that stands: a flock at rest presses against walls a little.
+const WISH_BEHIND: f64 = 1.0;
 /// The way along a wall is looked along for this share of the distance to it.
 const LOOK: f64 = 0.9;
 /// The attraction of peers fades from the first to the second, spacings.
@@ -56,7 +56,8 @@ const TURN_ROUND_S: f64 = 15.0;
 const TURNS_FULLY: f64 = 0.1;
 /// Who stays at its place, within this share of its radius, for so long with its way clear sees too little of what
 /// holds it: it looks to both sides of its way, seconds.
-const STAYS: f64 = 0.1;
+const STAYS: f64 = 0.5;
+const STUCK_S: f64 = 3.0;
 const LOOK_S: f64 = 1.0;
 /// What lies farther off the heading than this is behind, radians.
 const BEHIND_RAD: f64 = 2.6;
@@ -102,16 +103,21 @@ impl Safe {
         if params.trail {
             self.trail.hear(params, leader, (at_w, &places_w), spread_m(params, view));
         }
-        let come_up = has_come_up(params, leader, view);
-        if come_up {
+        let ends = End::of(params, leader, (view, places_w.is_empty()));
+        if ends != End::No {
             self.trail.leave();
+        }
+        if ends == End::Here {
+            self.wall = None;
         }
         let aim = self.trail.aim(params, at_w, &places_w);
         let attractor_w = aim.map_or(leader_w, |aim| aim.place_w);
         let mut wish_w = bonds::drawn_w(flocking_w(params, (leader, aim), view), params, view);
         self.note_standing(params, wish_w, view);
-        let clear = aim.is_some_and(|aim| aim.clear);
-        let by_walls = !clear && are_in_the_way(params, wish_w, &walls, leader);
+        let stays_s = self.stays_s(params, view);
+        // A way that is clear and leads nowhere for longer than a turn takes is not.
+        let clear = aim.is_some_and(|aim| aim.clear) && stays_s < STUCK_S + PI / params.turn_radps;
+        let by_walls = !clear && are_in_the_way(params, (wish_w, ends), &walls);
         if self.wall.is_some() {
             // A way that is seen whole ends it; one beyond the laser's reach may be as blocked as the one before.
             let whole = aim.is_some_and(|aim| (aim.place_w - at_w).norm() <= params.obstacle_range_m);
@@ -124,7 +130,7 @@ impl Safe {
                 }
             }
         } else if self.blocked.lasts(view.now, by_walls, params.deadlock) {
-            if !come_up && self.trail.turn_back() {
+            if ends == End::No && self.trail.turn_back() {
                 self.blocked = Blocked::default();
             } else if params.walls != WallFollowing::None
                 && let Some(nearest_w) = companion_w(places_w.iter().copied(), at_w)
@@ -140,7 +146,6 @@ impl Safe {
                 self.orca_w(params, (held_w, &places_w), view)
             }
         };
-        let stays_s = self.stays_s(params, view);
         let vel_w = if clear && stays_s > LOOK_S { looking_around(params, vel_w, view) } else { vel_w };
         let flocks = !self.on_wall() && aim.is_none();
         let turn_radps = if flocks { params.turn_radps } else { params.wall_turn_radps };
@@ -363,25 +368,52 @@ pub(super) fn wall_planes(params: &Params, places_w: &[Vec2], at_w: Vec2) -> Pla
 }
 
 /// Whether walls, even if there were no peers, would let too little through of a wish.
-fn are_in_the_way(params: &Params, wish_w: Vec2, walls: &Planes, leader: &Neighbour) -> bool {
+fn are_in_the_way(params: &Params, (wish_w, ends): (Vec2, End), walls: &Planes) -> bool {
     let wish_mps = wish_w.norm();
-    let share = if stands(params, leader) { WISH_STANDING } else { WISH };
+    let share = match ends {
+        End::No => WISH,
+        End::Behind => WISH_BEHIND,
+        End::Here => return false,
+    };
     wish_mps >= share * params.leader_speed_mps && walls.nearest(wish_w).dot(&wish_w) / (wish_mps * wish_mps) < THROUGH
 }
 
-/// Whether it is where a flock rests around a leader that stands: within its reach, or behind a mate that stands, too.
-/// Walls press on it there, and whoever is in front of it does not go on.
-fn has_come_up(params: &Params, leader: &Neighbour, view: &View<'_>) -> bool {
-    let at_w = view.motion.pose_wb.position();
-    let near_m = |peer: &Neighbour| (peer.pose_wb.position() - at_w).norm();
-    let in_front = |peer: &&Neighbour| {
-        is_mate(params, peer)
-            && near_m(peer) <= params.spacing_m
-            && peer.twist_b.speed_mps.abs() < STANDS * params.wall_speed_mps
-            && goes_first(params, leader, peer, at_w)
-    };
-    stands(params, leader)
-        && (near_m(leader) <= spread_m(params, view) || view.neighbours.iter().any(|peer| in_front(&peer)))
+/// Who sees no wall is near the flock's end within its reach and so many spacings.
+const OPEN_SPACINGS: f64 = 2.0;
+
+/// Whether a flock comes to rest around its leader, that stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum End {
+    /// It does not, or is still far.
+    No,
+    /// We are behind a mate that stands, too, and whoever is in front of it does not go on; or near and in the open.
+    Behind,
+    /// We are within its reach.
+    Here,
+}
+
+impl End {
+    fn of(params: &Params, leader: &Neighbour, (view, in_open): (&View<'_>, bool)) -> Self {
+        let at_w = view.motion.pose_wb.position();
+        let near_m = |peer: &Neighbour| (peer.pose_wb.position() - at_w).norm();
+        let in_front = |peer: &Neighbour| {
+            is_mate(params, peer)
+                && near_m(peer) <= params.spacing_m
+                && peer.twist_b.speed_mps.abs() < STANDS * params.wall_speed_mps
+                && goes_first(params, leader, peer, at_w)
+        };
+        if !stands(params, leader) {
+            Self::No
+        } else if near_m(leader) <= spread_m(params, view) {
+            Self::Here
+        } else if (in_open && near_m(leader) <= spread_m(params, view) + OPEN_SPACINGS * params.spacing_m)
+            || view.neighbours.iter().any(in_front)
+        {
+            Self::Behind
+        } else {
+            Self::No
+        }
+    }
 }
 
 /// Whether a leader stands.
@@ -395,7 +427,7 @@ fn looking_around(params: &Params, vel_w: Vec2, view: &View<'_>) -> Vec2 {
     if ahead < cos(2.0 * LOOK_RAD) * vel_w.norm() {
         return vel_w; // it is still turning there
     }
-    let to_left = (view.now.as_secs_f64() / look_s(params)) as u64 % 2 == 0;
+    let to_left = ((view.now.as_secs_f64() / look_s(params)) as u64).is_multiple_of(2);
     let off_rad = if to_left { LOOK_RAD } else { -LOOK_RAD };
     Pose::new(0.0, 0.0, off_rad).rotate(vel_w)
 }
