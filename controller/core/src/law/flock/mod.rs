@@ -6,12 +6,17 @@
 //!
 //! **Idea**: every robot is a point mass in the potential of all others, in a frame that moves with the leader
 //! ([`potential`]). A potential has local minima: in a U or behind a T robots would stay behind. One that is stuck in
-//! front of a wall leaves the flock, follows the wall, and joins again when the way is free.
+//! front of a wall leaves the flock, goes where the leader went or follows the wall, and joins again when the way is
+//! free.
 //!
 //! - [`literal`]: the paper's follower, with each repair to be switched on by itself.
 //! - [`safe`]: what ships.
-//! - [`laser`], [`deadlock`], [`pledge`]: the virtual accompanying robot, the trap, the way out of it.
-//! - [`leader`], [`route`]: how a leader gets along its way; it may wait for its worst link, and gives way to others.
+//! - [`laser`], [`recent`]: what stands around, now and a moment ago; the virtual accompanying robot.
+//! - [`deadlock`], [`trail`], [`pledge`]: the trap, and the two ways out of it.
+//! - [`planes`], [`precedence`]: what walls and peers leave open, and who goes first.
+//! - [`bonds`], [`ties`]: links that are kept, in the law and on bodies.
+//! - [`leader`], [`route`]: how a leader gets along its way and round what stands there; it may wait for its worst
+//!   link, and gives way to others.
 //! - [`lead`]: who leads, and who takes over. - [`arrival`]: when a follower has arrived.
 //! - [`lockstep`]: all of it for simulated points that decide together.
 //!
@@ -35,6 +40,7 @@ mod lockstep;
 mod planes;
 mod pledge;
 mod potential;
+mod precedence;
 mod recent;
 mod route;
 mod safe;

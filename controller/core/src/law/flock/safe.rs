@@ -5,18 +5,23 @@
 //! grows until the straggler comes as fast as it can. Robots that follow a wall, and those of other parties, only
 //! repel.
 //!
-//! **Trap**: walls, and not peers, have kept the robot from its wish for `deadlock_s`. **Wall following**:
-//! [`super::pledge`], with the leader as the attractor that moves.
+//! **Trap**: walls, and not peers, have kept the robot from its wish for `deadlock_s`. It goes where its leader went
+//! ([`super::trail`]). Where that is not known, or not free either, it follows the wall: [`super::pledge`], with the
+//! leader, or the trail, as the attractor that moves.
 //!
-//! **Right of way**: of two flocking robots the one nearer to the leader goes first, the other backs off; of two that
-//! meet along a wall, the one with the wall on its right keeps to it and the other swings round it, by the same sweep
-//! that rounds tips, or turns round where there is no room.
+//! **Sight**: what stood around a moment ago counts ([`super::recent`]), and who is held with its way clear looks
+//! around.
+//!
+//! **Right of way** ([`super::precedence`]): of two flocking robots the one nearer to the leader goes first, the other
+//! backs off; of two that meet along a wall, the one with the wall on its right keeps to it and the other swings round
+//! it, by the same sweep that rounds tips, or turns round where there is no room.
 
 use super::deadlock::Blocked;
 use super::laser::companion_w;
 use super::planes::{Plane, Planes};
 use super::pledge::{Along, Pledge, Room, Side};
 use super::potential::{acceleration_w, pair_force};
+use super::precedence::{End, Meeting, STANDS, goes_first, stands};
 use super::recent::{LOOK_RAD, Recent, look_s};
 use super::trail::{Aim, Trail};
 use super::{Params, bonds, is_mate, spread_m};
@@ -39,13 +44,9 @@ const LOOK: f64 = 0.9;
 /// The attraction of peers fades from the first to the second, spacings.
 const FADES: f64 = 1.5;
 const ENDS: f64 = 2.5;
-/// A peer comes towards us if it looks against our way by more than this share.
-const AGAINST: f64 = 0.3;
 /// Behind a leader that stands, this share of its speed is taken off every wish: a flock comes to rest and does not
 /// dither.
 const AT_REST: f64 = 0.4;
-/// Slower than this share of the speed along walls, or of its own, a robot stands.
-const STANDS: f64 = 0.1;
 /// Who turns on the spot faster than this share of what it can does not stand.
 const TURNS: f64 = 0.5;
 /// Who has stood along a wall for so long goes round whoever is in its way, whoever has the right of way; and then
@@ -282,13 +283,6 @@ fn flocking_w(params: &Params, (leader, aim): (&Neighbour, Option<Aim>), view: &
     wish_w.cap_magnitude((wish_w.norm() - idle_mps).clamp(0.0, most_mps))
 }
 
-/// Whether a peer goes before us: the leader, or who is nearer to it.
-fn goes_first(params: &Params, leader: &Neighbour, peer: &Neighbour, at_w: Vec2) -> bool {
-    let leader_w = leader.pose_wb.position();
-    let theirs_m = (leader_w - peer.pose_wb.position()).norm();
-    peer.id == params.leader || (theirs_m, peer.id) < ((leader_w - at_w).norm(), params.own)
-}
-
 /// How much of the pair force counts at a distance of so many spacings: all repulsion, and of those who flock the
 /// attraction, which fades: a large flock would be pressed together by its own size.
 fn weight(spacings: f64, flocks: bool) -> f64 {
@@ -322,33 +316,6 @@ fn along_mps(params: &Params, way_w: Vec2, view: &View<'_>) -> f64 {
     params.wall_speed_mps.min(stray_m * params.wall_turn_radps / off_rad.max(1e-3))
 }
 
-/// What a peer near a wall follower is to it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Meeting {
-    /// Too far, or on its way.
-    None,
-    /// It looks against our way.
-    Oncoming,
-    /// It stands, and looks elsewhere.
-    Standing,
-}
-
-impl Meeting {
-    fn of(params: &Params, peer: &Neighbour, at_w: Vec2, way_w: Vec2) -> Self {
-        let apart_w = peer.pose_wb.position() - at_w;
-        let gap_m = apart_w.norm() - params.radius_m - peer.radius_m;
-        if gap_m > params.avoid_m - 2.0 * params.radius_m {
-            Self::None
-        } else if peer.pose_wb.heading().dot(&way_w) < -AGAINST && apart_w.dot(&way_w) > 0.0 {
-            Self::Oncoming
-        } else if peer.twist_b.speed_mps.abs() < STANDS * params.wall_speed_mps {
-            Self::Standing
-        } else {
-            Self::None
-        }
-    }
-}
-
 /// A plane for each of the walls' nearest places: those that are nearer than both beside them.
 pub(super) fn wall_planes(params: &Params, places_w: &[Vec2], at_w: Vec2) -> Planes {
     let mut planes = Planes::default();
@@ -376,49 +343,6 @@ fn are_in_the_way(params: &Params, (wish_w, ends): (Vec2, End), walls: &Planes) 
         End::Here => return false,
     };
     wish_mps >= share * params.leader_speed_mps && walls.nearest(wish_w).dot(&wish_w) / (wish_mps * wish_mps) < THROUGH
-}
-
-/// Who sees no wall is near the flock's end within its reach and so many spacings.
-const OPEN_SPACINGS: f64 = 2.0;
-
-/// Whether a flock comes to rest around its leader, that stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum End {
-    /// It does not, or is still far.
-    No,
-    /// We are behind a mate that stands, too, and whoever is in front of it does not go on; or near and in the open.
-    Behind,
-    /// We are within its reach.
-    Here,
-}
-
-impl End {
-    fn of(params: &Params, leader: &Neighbour, (view, in_open): (&View<'_>, bool)) -> Self {
-        let at_w = view.motion.pose_wb.position();
-        let near_m = |peer: &Neighbour| (peer.pose_wb.position() - at_w).norm();
-        let in_front = |peer: &Neighbour| {
-            is_mate(params, peer)
-                && near_m(peer) <= params.spacing_m
-                && peer.twist_b.speed_mps.abs() < STANDS * params.wall_speed_mps
-                && goes_first(params, leader, peer, at_w)
-        };
-        if !stands(params, leader) {
-            Self::No
-        } else if near_m(leader) <= spread_m(params, view) {
-            Self::Here
-        } else if (in_open && near_m(leader) <= spread_m(params, view) + OPEN_SPACINGS * params.spacing_m)
-            || view.neighbours.iter().any(in_front)
-        {
-            Self::Behind
-        } else {
-            Self::No
-        }
-    }
-}
-
-/// Whether a leader stands.
-fn stands(params: &Params, leader: &Neighbour) -> bool {
-    leader.twist_b.speed_mps.abs() < STANDS * params.leader_speed_mps
 }
 
 /// A velocity turned a little to one side and then to the other: beams are degrees apart.
