@@ -19,8 +19,8 @@ fn plan(quick: bool) -> FlockPlan {
 fn no_two_rows_have_the_same_name() {
     let rows = rows::of(OF_PAPER[0], false);
     let names: BTreeSet<&str> = rows.iter().map(|row| row.name).collect();
-    assert_eq!((names.len(), rows.len()), (23, 23));
-    assert_eq!(rows::of("flock_door", false).len(), 11);
+    assert_eq!((names.len(), rows.len()), (25, 25));
+    assert_eq!(rows::of("flock_door", false).len(), 13);
     assert_eq!(rows::of(OF_PAPER[1], true).iter().map(|row| row.name).collect::<Vec<_>>(), ["literal", "safe"]);
     let literal = &rows::of(OF_PAPER[0], true)[0];
     assert_eq!(
@@ -32,7 +32,7 @@ fn no_two_rows_have_the_same_name() {
 #[test]
 fn the_overrides_of_every_row_load_on_every_scene_that_it_is_for() {
     let plan = plan(false);
-    assert_eq!((plan.0.scenes.len(), plan.runs()), (7, (2 * 23 + 5 * 11) * 40));
+    assert_eq!((plan.0.scenes.len(), plan.runs()), (8, (2 * 25 + 6 * 13) * 40));
     for scene in &plan.0.scenes {
         let shipped = scene.load(&[], 0).unwrap();
         for row in rows::of(&scene.name(), false) {
