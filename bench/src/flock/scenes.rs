@@ -1,5 +1,5 @@
-//! Where the rows compete: the paper's two traps and its single robot, a spiral, a comb, a door, a forest and two flocks
-//! that meet.
+//! Where the rows compete: the paper's two traps and its single robot, a spiral, a comb, a door, a forest and two
+//! flocks that meet.
 
 use super::rows::OF_PAPER;
 use crate::contest::{Asked, Plan, Usual};
