@@ -221,6 +221,6 @@ fn with_all_its_noise_a_journey_on_values_is_that_on_the_wire_but_for_what_tips_
     worst_m.sort_by(f64::total_cmp);
     same_state.sort_by(f64::total_cmp);
     gaps_m.sort_by(f64::total_cmp);
-    assert!(gaps_m[3] < 0.06, "the median of {gaps_m:?}");
+    assert!(gaps_m[5] < 0.06, "all but one of {gaps_m:?}");
     assert!(worst_m[3] < 0.25 && same_state[3] > 0.95, "the medians of {worst_m:?} and {same_state:?}");
 }

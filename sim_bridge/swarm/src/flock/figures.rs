@@ -5,6 +5,7 @@ use crate::points::capsules;
 use drover_config::{Flock, Party, Swarm};
 use drover_contract::Vec2;
 use drover_core::deploy::Geodesic;
+use drover_core::flock::longest_link_m;
 use drover_world::Arena;
 use serde::Serialize;
 use std::collections::VecDeque;
@@ -209,23 +210,10 @@ impl Members {
         }
     }
 
-    /// The longest link of the tree of shortest links of those who live (Prim's way).
+    /// The longest link of the tree of shortest links of those who live.
     fn link_m(&self, arena: &Arena, lives: impl Fn(&usize) -> bool) -> f64 {
         let living = self.robots.iter().filter(|robot| lives(robot));
-        let mut outside: Vec<(Vec2, f64)> =
-            living.map(|robot| (arena.state(*robot).pose_wb.position(), f64::INFINITY)).collect();
-        let Some((mut newest_w, _)) = outside.pop() else { return 0.0 };
-        let mut longest_m = 0.0_f64;
-        while !outside.is_empty() {
-            let mut nearest = 0;
-            for at in 0..outside.len() {
-                outside[at].1 = outside[at].1.min((outside[at].0 - newest_w).norm());
-                nearest = if outside[at].1 < outside[nearest].1 { at } else { nearest };
-            }
-            let (place_w, gap_m) = outside.swap_remove(nearest);
-            (newest_w, longest_m) = (place_w, longest_m.max(gap_m));
-        }
-        longest_m
+        longest_link_m(living.map(|robot| arena.state(*robot).pose_wb.position()))
     }
 
     fn order(&self) -> f64 {

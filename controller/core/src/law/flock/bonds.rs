@@ -73,19 +73,26 @@ pub(super) fn pace(params: &Params, view: &View<'_>) -> f64 {
     ((TAUT - share) / (TAUT - LOOSE)).clamp(0.0, 1.0)
 }
 
-/// The longest link of the party's minimum spanning tree, metres (Prim's way).
+/// The longest link of the party's minimum spanning tree, metres.
 fn worst_m(params: &Params, view: &View<'_>) -> f64 {
     let mates = view.neighbours.iter().filter(|peer| is_mate(params, peer));
-    let mut outside: Vec<(Vec2, f64)> = mates.map(|peer| (peer.pose_wb.position(), f64::INFINITY)).collect();
-    let (mut newest_w, mut worst_m) = (view.motion.pose_wb.position(), 0.0_f64);
+    longest_link_m(mates.map(|peer| peer.pose_wb.position()).chain([view.motion.pose_wb.position()]))
+}
+
+/// The longest link of the minimum spanning tree of some places (Prim's way), metres; 0 of fewer than two: no shorter
+/// range joins them all.
+pub fn longest_link_m(places_w: impl Iterator<Item = Vec2>) -> f64 {
+    let mut outside: Vec<(Vec2, f64)> = places_w.map(|place_w| (place_w, f64::INFINITY)).collect();
+    let Some((mut newest_w, _)) = outside.pop() else { return 0.0 };
+    let mut longest_m = 0.0_f64;
     while !outside.is_empty() {
-        for (place_w, gap_m) in &mut outside {
-            *gap_m = gap_m.min((*place_w - newest_w).norm());
+        let mut nearest = 0;
+        for at in 0..outside.len() {
+            outside[at].1 = outside[at].1.min((outside[at].0 - newest_w).norm());
+            nearest = if outside[at].1 < outside[nearest].1 { at } else { nearest };
         }
-        let nearest = outside.iter().enumerate().min_by(|(_, a), (_, b)| a.1.total_cmp(&b.1));
-        let Some((at, (place_w, gap_m))) = nearest.map(|(at, found)| (at, *found)) else { break };
-        outside.swap_remove(at);
-        (newest_w, worst_m) = (place_w, worst_m.max(gap_m));
+        let (place_w, gap_m) = outside.swap_remove(nearest);
+        (newest_w, longest_m) = (place_w, longest_m.max(gap_m));
     }
-    worst_m
+    longest_m
 }

@@ -24,11 +24,11 @@ use super::recent::Recent;
 use super::route::Route;
 use super::safe::{track, wall_planes};
 use super::trail::is_clear;
-use super::{Params, bonds, is_mate, spread_m};
+use super::{Params, bonds, is_mate, spread_m, turned};
 use crate::law::View;
 use crate::peers::Neighbour;
 use drover_config::{Flock, FlockMode, LeaderWay};
-use drover_contract::{Pose, RobotId, Stamp, Twist, Vec2};
+use drover_contract::{RobotId, Stamp, Twist, Vec2};
 use std::f64::consts::PI;
 use std::time::Duration;
 
@@ -88,13 +88,18 @@ impl Leader {
         if let Some(aside) = self.aside {
             let way = aside.place_w - view.motion.pose_wb.position();
             let wish_w = way * (params.leader_speed_mps / way.norm().max(params.spacing_m / 2.0));
-            return self.go_round(params, wish_w, view);
+            let places_w = self.recent.look(params, view);
+            return go_round(params, (wish_w, &places_w), view);
         }
         match self.way {
-            LeaderWay::Pursuit => match self.round_w(params, view) {
-                Some(way_w) => self.go_round(params, way_w * cruise_mps, view),
-                None => self.route.pursue(cruise_mps, view),
-            },
+            LeaderWay::Pursuit if params.mode == FlockMode::Safe => {
+                let places_w = self.recent.look(params, view);
+                match self.round_w(params, view.motion.pose_wb.position(), &places_w) {
+                    Some(way_w) => go_round(params, (way_w * cruise_mps, &places_w), view),
+                    None => self.route.pursue(cruise_mps, view),
+                }
+            }
+            LeaderWay::Pursuit => self.route.pursue(cruise_mps, view),
             LeaderWay::Potential => match self.potential_w(params, cruise_mps, view) {
                 Some(vel_w) => track(params, vel_w, params.turn_radps, view),
                 None => Twist::ZERO,
@@ -125,12 +130,10 @@ impl Leader {
     }
 
     /// The direction past what stands in the way, a unit vector, or zero if there is none; `None` if the way is free.
-    fn round_w(&mut self, params: &Params, view: &View<'_>) -> Option<Vec2> {
-        let at_w = view.motion.pose_wb.position();
+    fn round_w(&mut self, params: &Params, at_w: Vec2, places_w: &[Vec2]) -> Option<Vec2> {
         let ahead = (self.route.aim_w()? - at_w).cap_magnitude(params.obstacle_range_m);
-        let places_w = self.recent.look(params, view);
-        let is_free = |way: Vec2| is_clear(params, (at_w, &places_w), at_w + way);
-        if params.mode == FlockMode::Literal || is_free(ahead) {
+        let is_free = |way: Vec2| is_clear(params, (at_w, places_w), at_w + way);
+        if is_free(ahead) {
             self.round = None;
             return None;
         }
@@ -145,13 +148,6 @@ impl Leader {
         let side = *self.round.insert(chosen.unwrap_or(nearer));
         let way = if side > 0.0 { left } else { right };
         Some(way.and_then(|(_, way)| way.try_normalize(1e-9)).unwrap_or_else(Vec2::zeros))
-    }
-
-    /// As far as walls and links leave a wish.
-    fn go_round(&mut self, params: &Params, wish_w: Vec2, view: &View<'_>) -> Twist {
-        let places_w = self.recent.look(params, view);
-        let walls = wall_planes(params, &places_w, view.motion.pose_wb.position());
-        track(params, bonds::held(walls, params, view).nearest(wish_w), params.turn_radps, view)
     }
 
     fn potential_w(&self, params: &Params, cruise_mps: f64, view: &View<'_>) -> Option<Vec2> {
@@ -196,14 +192,15 @@ impl Leader {
     }
 }
 
+/// As far as walls and links leave a wish.
+fn go_round(params: &Params, (wish_w, places_w): (Vec2, &[Vec2]), view: &View<'_>) -> Twist {
+    let walls = wall_planes(params, places_w, view.motion.pose_wb.position());
+    track(params, bonds::held(walls, params, view).nearest(wish_w), params.turn_radps, view)
+}
+
 /// Directions round what stands in the way are tried in steps of this, radians, and so many to each side.
 const ROUND_RAD: f64 = PI / 36.0;
 const ROUND_STEPS: u32 = 24;
-
-/// A vector turned counter-clockwise.
-fn turned(vector: Vec2, by_rad: f64) -> Vec2 {
-    Pose::new(0.0, 0.0, by_rad).rotate(vector)
-}
 
 /// How far ahead on a leg the leader aims, in spacings.
 const AIM: f64 = 2.0 / 3.0;

@@ -47,6 +47,7 @@ mod safe;
 mod ties;
 mod trail;
 
+pub use bonds::longest_link_m;
 pub use lockstep::{FlockLockstep, FlockMember, FlockScene};
 
 use super::pacts::{INNER_M, Tied};
@@ -56,7 +57,7 @@ use crate::links::{LinkPeer, Place};
 use crate::peers::Neighbour;
 use arrival::Arrival;
 use drover_config::{Avoidance, Flock, FlockGuard, FlockMode, Kind, POSE_ERROR_M, RobotFile, SimMotion, WallFollowing};
-use drover_contract::{LinkReport, RobotId, Stamp, Twist, Vec2};
+use drover_contract::{LinkReport, Pose, RobotId, Stamp, Twist, Vec2};
 use lead::Lead;
 use leader::Leader;
 use literal::Literal;
@@ -186,7 +187,17 @@ const GUARDED: f64 = 2.0 / 3.0;
 
 /// Whether a peer is of the own party.
 fn is_mate(params: &Params, peer: &Neighbour) -> bool {
-    (params.party.0..=params.party.1).contains(&peer.id.0)
+    is_within(params.party, peer.id)
+}
+
+/// Whether a robot is of a party, given by its ids, both ends included.
+fn is_within((first, last): (u32, u32), robot: RobotId) -> bool {
+    (first..=last).contains(&robot.0)
+}
+
+/// A vector turned counter-clockwise.
+fn turned(vector: Vec2, by_rad: f64) -> Vec2 {
+    Pose::new(0.0, 0.0, by_rad).rotate(vector)
 }
 
 /// About how far a flock of this size reaches from its leader at rest, metres.

@@ -1,6 +1,6 @@
 //! Who goes first, who is in whose way, and when a flock is at its end.
 
-use super::{Params, is_mate, spread_m};
+use super::{Params, is_mate};
 use crate::law::View;
 use crate::peers::Neighbour;
 use drover_contract::Vec2;
@@ -63,7 +63,8 @@ pub(super) enum End {
 }
 
 impl End {
-    pub(super) fn of(params: &Params, leader: &Neighbour, (view, in_open): (&View<'_>, bool)) -> Self {
+    /// `reach_m` is how far the flock reaches from its leader; `in_open`: no wall is seen.
+    pub(super) fn of(params: &Params, leader: &Neighbour, (view, reach_m): (&View<'_>, f64), in_open: bool) -> Self {
         let at_w = view.motion.pose_wb.position();
         let near_m = |peer: &Neighbour| (peer.pose_wb.position() - at_w).norm();
         let in_front = |peer: &Neighbour| {
@@ -74,9 +75,9 @@ impl End {
         };
         if !stands(params, leader) {
             Self::No
-        } else if near_m(leader) <= spread_m(params, view) {
+        } else if near_m(leader) <= reach_m {
             Self::Here
-        } else if (in_open && near_m(leader) <= spread_m(params, view) + OPEN_SPACINGS * params.spacing_m)
+        } else if (in_open && near_m(leader) <= reach_m + OPEN_SPACINGS * params.spacing_m)
             || view.neighbours.iter().any(in_front)
         {
             Self::Behind

@@ -24,13 +24,13 @@ use super::potential::{acceleration_w, pair_force};
 use super::precedence::{End, Meeting, STANDS, goes_first, stands};
 use super::recent::{LOOK_RAD, Recent, look_s};
 use super::trail::{Aim, Trail};
-use super::{Params, bonds, is_mate, spread_m};
+use super::{Params, bonds, is_mate, spread_m, turned};
 use crate::avoid::{Capsule, Orca, OrcaPeer};
 use crate::law::View;
 use crate::peers::Neighbour;
 use drover_config::{Avoidance, WallFollowing};
 use drover_contract::math::{atan2, cos};
-use drover_contract::{Pose, Stamp, Twist, Vec2, wrap};
+use drover_contract::{Stamp, Twist, Vec2, wrap};
 use std::f64::consts::{PI, TAU};
 
 /// What a wall lets through of a wish, as a share: below this the wall is in the way.
@@ -101,10 +101,11 @@ impl Safe {
         let leader_w = leader.pose_wb.position();
         let places_w = self.recent.look(params, view);
         let walls = wall_planes(params, &places_w, at_w);
+        let reach_m = spread_m(params, view);
         if params.trail {
-            self.trail.hear(params, leader, (at_w, &places_w), spread_m(params, view));
+            self.trail.hear(params, leader, (at_w, &places_w), reach_m);
         }
-        let ends = End::of(params, leader, (view, places_w.is_empty()));
+        let ends = End::of(params, leader, (view, reach_m), places_w.is_empty());
         if ends != End::No {
             self.trail.leave();
         }
@@ -113,7 +114,7 @@ impl Safe {
         }
         let aim = self.trail.aim(params, at_w, &places_w);
         let attractor_w = aim.map_or(leader_w, |aim| aim.place_w);
-        let mut wish_w = bonds::drawn_w(flocking_w(params, (leader, aim), view), params, view);
+        let mut wish_w = bonds::drawn_w(flocking_w(params, (leader, aim), (view, reach_m)), params, view);
         self.note_standing(params, wish_w, view);
         let stays_s = self.stays_s(params, view);
         // A way that is clear and leads nowhere for longer than a turn takes is not.
@@ -256,7 +257,7 @@ impl Safe {
 }
 
 /// The velocity at which the forces balance; along the leader's trail, towards the aim, with the forces of others.
-fn flocking_w(params: &Params, (leader, aim): (&Neighbour, Option<Aim>), view: &View<'_>) -> Vec2 {
+fn flocking_w(params: &Params, (leader, aim): (&Neighbour, Option<Aim>), (view, reach_m): (&View<'_>, f64)) -> Vec2 {
     let at_w = view.motion.pose_wb.position();
     let mut force_w = Vec2::zeros();
     for peer in view.neighbours {
@@ -273,7 +274,7 @@ fn flocking_w(params: &Params, (leader, aim): (&Neighbour, Option<Aim>), view: &
         Some(aim) => (aim.place_w - at_w).try_normalize(1e-9).unwrap_or_else(Vec2::zeros) * params.speed_mps,
         None => {
             force_w += acceleration_w(leader);
-            force_w += pull_w(params, leader.pose_wb.position() - at_w, spread_m(params, view));
+            force_w += pull_w(params, leader.pose_wb.position() - at_w, reach_m);
             leader.vel_w()
         }
     };
@@ -353,7 +354,7 @@ fn looking_around(params: &Params, vel_w: Vec2, view: &View<'_>) -> Vec2 {
     }
     let to_left = ((view.now.as_secs_f64() / look_s(params)) as u64).is_multiple_of(2);
     let off_rad = if to_left { LOOK_RAD } else { -LOOK_RAD };
-    Pose::new(0.0, 0.0, off_rad).rotate(vel_w)
+    turned(vel_w, off_rad)
 }
 
 /// Turn towards a velocity and drive forwards as far as it lies ahead.

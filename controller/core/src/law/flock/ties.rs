@@ -4,7 +4,7 @@
 //! no matter here. A mate that dies takes its links along; whom it had joined are drawn together by the flock's forces
 //! alone.
 
-use super::Params;
+use super::{Params, is_within};
 use crate::avoid::Disc;
 use crate::law::pacts::TERM_S;
 use crate::links::{LinkParams, LinkPeer, Links, Place};
@@ -29,13 +29,13 @@ impl Ties {
     }
 
     pub(super) fn handle_report(&mut self, now: Stamp, report: &LinkReport, place: &Place) {
-        if self.has(report.robot) {
+        if is_within(self.party, report.robot) {
             self.links.handle_report(now, report, place);
         }
     }
 
     pub(super) fn attend(&mut self, now: Stamp, place: &Place, peers: &[LinkPeer], leads: bool) -> LinkReport {
-        let mates: Vec<LinkPeer> = peers.iter().filter(|peer| self.has(peer.id)).copied().collect();
+        let mates: Vec<LinkPeer> = peers.iter().filter(|peer| is_within(self.party, peer.id)).copied().collect();
         self.links.tick(now, place, &mates, if leads { 0.0 } else { 1.0 });
         self.links.take_lost();
         self.links.report(now)
@@ -52,9 +52,5 @@ impl Ties {
 
     pub(super) fn relies_on(&self, peer: RobotId) -> bool {
         self.links.relies_on(peer)
-    }
-
-    fn has(&self, robot: RobotId) -> bool {
-        (self.party.0..=self.party.1).contains(&robot.0)
     }
 }
